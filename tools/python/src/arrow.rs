@@ -1,4 +1,4 @@
-//! Arrow tables by the PyCapsule interface, which every Arrow library of Python reads without a copy:
+//! Arrow tables with the PyCapsule interface, which every Arrow library of Python reads without a copy:
 //! <https://arrow.apache.org/docs/format/CDataInterface/PyCapsuleInterface.html>.
 
 use arrow_array::ffi::{FFI_ArrowSchema, to_ffi};
@@ -12,8 +12,8 @@ use pyo3::types::PyCapsule;
 use crate::errors::invalid;
 use crate::{ReadOptions, options_from};
 
-/// A table with the Arrow PyCapsule interface, which `pyarrow.table`, `polars.DataFrame`, DuckDB and others take
-/// without a copy.
+/// A table with the Arrow PyCapsule interface. `pyarrow.table`, `polars.DataFrame`, DuckDB and others read it without a
+/// copy.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct ArrowTable {
     batch: RecordBatch,
@@ -31,7 +31,7 @@ fn refused(error: tables::arrow_schema::ArrowError) -> PyErr {
 
 #[pymethods]
 impl ArrowTable {
-    /// How many rows there are.
+    /// The number of rows.
     #[getter]
     fn num_rows(&self) -> usize {
         self.batch.num_rows()
@@ -63,7 +63,7 @@ impl ArrowTable {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyCapsule>, Bound<'py, PyCapsule>)> {
-        // A producer may hand out its own schema; the consumer casts.
+        // A producer may ignore the requested schema; the consumer then casts.
         let _ = requested_schema;
         let (array, _) = to_ffi(&StructArray::from(self.batch.clone()).to_data()).map_err(refused)?;
         let array = PyCapsule::new_with_value(py, array, c"arrow_array")?;

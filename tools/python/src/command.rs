@@ -5,11 +5,11 @@ use std::ffi::OsString;
 use mocap_cli::Invocation;
 use pyo3::prelude::*;
 
-/// Does what a command line says, and ends the process with the exit code of the program. `starter` has the words that
-/// start the program once more.
+/// Runs a command line, and ends the process with the exit code of the program. `starter` has the words that start the
+/// program again.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, words: Vec<OsString>, starter: Vec<OsString>) {
     let status = py.detach(|| mocap_cli::run_with(Invocation { words, starter }));
-    // Writes what the standard output of Rust still holds, which the end of the interpreter does not.
+    // Flush Rust's standard output, because the interpreter does not flush it at exit.
     std::process::exit(status.into())
 }

@@ -1,4 +1,4 @@
-//! Motions in files, as jobs make them.
+//! Writes motions to files by jobs.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::errors::{invalid, to_python};
 use crate::motion_job;
 use crate::scene::Scene;
 
-/// Makes the output of a file, as the rest of the job says; returns the bytes written.
+/// Runs a job on a file. Returns the number of written bytes.
 #[pyfunction]
 pub(crate) fn convert(py: Python<'_>, source: PathBuf, target: PathBuf, job: &str) -> PyResult<usize> {
     let mut job = writing_job(job, target)?;
@@ -25,7 +25,7 @@ pub(crate) fn convert(py: Python<'_>, source: PathBuf, target: PathBuf, job: &st
     done.map_err(|error| to_python(py, &error))
 }
 
-/// Makes the output of a scene, as the rest of the job says; returns the bytes written.
+/// Runs a job on a scene. Returns the number of written bytes.
 #[pyfunction]
 pub(crate) fn write_scene(py: Python<'_>, scene: &Scene, target: PathBuf, job: &str) -> PyResult<usize> {
     let job = writing_job(job, target)?;
@@ -51,7 +51,7 @@ pub(crate) fn write_scene(py: Python<'_>, scene: &Scene, target: PathBuf, job: &
     done.map_err(|error| to_python(py, &error))
 }
 
-/// The job of a JSON text, with its output. Names that are no known ones are in a file, which is read at once.
+/// Parses the JSON of a job, and sets its output. Unknown names of joints refer to a file, which is read immediately.
 fn writing_job(json: &str, output: PathBuf) -> PyResult<MotionJob> {
     let mut job = motion_job(json)?;
     job.write.output = output;
@@ -62,7 +62,7 @@ fn writing_job(json: &str, output: PathBuf) -> PyResult<MotionJob> {
     Ok(job)
 }
 
-/// Writes what is made of a job; returns the bytes written.
+/// Runs a job and writes its output. Returns the number of written bytes.
 fn make(
     job: &MotionJob,
     policy: &ReplacePolicy,
@@ -76,7 +76,7 @@ fn make(
     Ok(made.written.len())
 }
 
-/// The axis of this name.
+/// The axis with this name.
 pub(crate) fn up_axis(name: Option<&str>) -> PyResult<Option<UpAxis>> {
     let named = |name: &str| {
         let up = UpAxis::ALL.into_iter().find(|up| up.as_str() == name);

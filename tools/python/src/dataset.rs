@@ -1,4 +1,4 @@
-//! A dataset of many files, for the library `datasets`.
+//! Writes datasets for the library `datasets`.
 
 use std::path::PathBuf;
 
@@ -9,8 +9,7 @@ use pyo3::prelude::*;
 use crate::errors::to_python;
 use crate::{ReadOptions, options_from};
 
-/// Writes a dataset of files, each with its name in the dataset. Returns the names of files that could not be read,
-/// with the reason.
+/// Writes a dataset of files with their names in the dataset. Returns the names of unreadable files with the reasons.
 #[pyfunction]
 pub(crate) fn write_dataset(
     py: Python<'_>,

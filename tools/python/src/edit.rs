@@ -1,4 +1,4 @@
-//! Changes of a motion: a step as JSON, an object with its name and its options.
+//! Applies edit steps. A step is a JSON object with name and options.
 
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
@@ -35,7 +35,7 @@ pub(crate) fn prepare(
     Ok(Scene::new(changed))
 }
 
-/// The scene after a step, which is JSON, and the report as JSON. `bones` are the names of joints for bones, as JSON.
+/// Applies a step given as JSON. Returns the scene, and the report as JSON. `bones` are the joints of bones, as JSON.
 #[pyfunction]
 pub(crate) fn edit(
     py: Python<'_>,
@@ -48,8 +48,8 @@ pub(crate) fn edit(
     Ok((changed, json(&reports[0])?))
 }
 
-/// The scene after all steps of a JSON list, and the reports as a JSON list. `others` are the second motions of the
-/// steps that take one, in their order.
+/// Applies all steps of a JSON list. Returns the scene, and the reports as a JSON list. `others` are the second motions
+/// of the steps that take one, in order.
 #[pyfunction]
 pub(crate) fn edit_all(
     py: Python<'_>,
@@ -86,7 +86,7 @@ fn apply(
     Ok((Scene::new(changed), reports))
 }
 
-/// When feet and hands are at rest, as JSON. `options` are those of the library, as JSON.
+/// The contacts of feet and hands, as JSON. `options` are the library's options as JSON.
 #[pyfunction]
 pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str, bones: Option<&str>) -> PyResult<String> {
     let options: ContactOptions = parsed(options)?;
@@ -105,7 +105,7 @@ pub(crate) fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> 
     serde_json::from_str(json).map_err(|error| invalid(error.to_string()))
 }
 
-/// The names of joints for bones.
+/// Parses the joints of bones.
 pub(crate) fn bones_of(json: &str) -> PyResult<HumanoidMap> {
     from_json(json, "bones: ")
 }

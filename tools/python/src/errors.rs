@@ -1,4 +1,4 @@
-//! Errors as Python's exceptions.
+//! Converts errors to Python exceptions.
 
 use std::error::Error as _;
 use std::io::{self, ErrorKind};
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::de::DeserializeOwned;
 
-/// Which exception of Python an error is too, by the names of `mocap._errors.error`.
+/// The Python exception from which an error also derives, by the names of `mocap._errors.error`.
 fn kind(error: &Error) -> &'static str {
     let source = error.source().and_then(|source| source.downcast_ref::<io::Error>());
     match (error.code(), source.map(io::Error::kind)) {
@@ -21,7 +21,7 @@ fn kind(error: &Error) -> &'static str {
     }
 }
 
-/// A `mocap.OptionError`: an argument has no meaning.
+/// A `mocap.OptionError`: an argument is invalid.
 pub(crate) fn invalid(message: impl Into<String>) -> PyErr {
     let message = message.into();
     let make = |py: Python<'_>| -> PyResult<PyErr> {
@@ -31,10 +31,10 @@ pub(crate) fn invalid(message: impl Into<String>) -> PyErr {
     Python::attach(make).unwrap_or_else(|failure| failure)
 }
 
-/// What is in a JSON that Python wrote of its arguments; `of` is what the error begins with.
+/// Parses the JSON that Python made of its arguments. An error begins with `of`.
 pub(crate) fn from_json<T: DeserializeOwned>(json: &str, of: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|error| {
-        // The position in the JSON is of no use to a Python user.
+        // Remove the position in the JSON, because a Python user does not see the JSON.
         let message = error.to_string();
         let what = message.rsplit_once(" at line ").map_or(&message[..], |(what, _)| what);
         invalid(format!("{of}{what}"))

@@ -1,4 +1,4 @@
-//! Motion graphs: where motions pass into each other, and walks over them.
+//! Motion graphs: transitions between motions, and walks over them.
 
 use std::path::{Path, PathBuf};
 
@@ -26,20 +26,20 @@ impl Graph {
         json!({"options": graph.options, "body": graph.body, "clips": graph.clips}).to_string()
     }
 
-    /// The clip and the frame that each transition leaves, and those that it comes to, four numbers each.
+    /// The transitions, four numbers each: source clip and frame, target clip and frame.
     fn transitions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         let transitions = self.found.graph().transitions.iter();
         let numbers = transitions.flat_map(|transition| [transition.from, transition.to].into_iter().flatten());
         PyArray1::from_vec(py, numbers.map(|number| number as i64).collect())
     }
 
-    /// How far apart the moments of each transition are.
+    /// The distance of each transition.
     fn distances<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
         let transitions = self.found.graph().transitions.iter();
         PyArray1::from_vec(py, transitions.map(|transition| transition.distance).collect())
     }
 
-    /// The rows, the columns and the values of the matrix of two clips.
+    /// The numbers of rows and columns and the values of the distance matrix of two clips.
     fn matrix<'py>(
         &self,
         py: Python<'py>,
@@ -92,7 +92,7 @@ pub(crate) fn graph(
     Ok(Graph { found })
 }
 
-/// Reads the file of a graph, and the clips that it names.
+/// Reads the file of a graph and its clips.
 #[pyfunction]
 pub(crate) fn read_graph(py: Python<'_>, path: PathBuf, space: &str, read: ReadOptions) -> PyResult<Graph> {
     let (space, read): (SourceSpace, _) = (from_json(space, "")?, read.reading()?);

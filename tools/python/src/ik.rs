@@ -1,4 +1,4 @@
-//! Inverse kinematics: bones and chains that reach for a goal.
+//! Inverse kinematics: moves the ends of limbs and chains to a goal.
 
 use mocap::glam::{Quat, Vec3};
 use mocap::ik::{ChainOptions, Goal, TwoBone};
@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use crate::errors::invalid;
 use crate::scene::{Scene, matrices, posed};
 
-/// What two bones that reach for a goal come to: middle, end, the rotations of the bones in the world, and the distance
-/// that is left.
+/// The result for two bones: middle, end, the rotations of the bones in the world, and the remaining distance to the
+/// goal.
 type Bent = ([f32; 3], [f32; 3], [f32; 4], [f32; 4], f32);
 
 #[pyfunction]
@@ -19,7 +19,7 @@ pub(crate) fn two_bone(joints: [[f32; 3]; 3], goal: [f32; 3], pole: Option<[f32;
     (found.middle.into(), found.end.into(), upper, lower, found.distance)
 }
 
-/// The positions of a chain whose end reaches for a goal, and the distance that is left.
+/// Moves the end of a chain to a goal. Returns the positions and the remaining distance.
 #[pyfunction]
 pub(crate) fn chain(positions: Vec<[f32; 3]>, goal: [f32; 3], tolerance: f32) -> (Vec<[f32; 3]>, f32) {
     let mut positions: Vec<Vec3> = positions.into_iter().map(Vec3::from).collect();
@@ -28,8 +28,8 @@ pub(crate) fn chain(positions: Vec<[f32; 3]>, goal: [f32; 3], tolerance: f32) ->
     (positions.iter().map(Vec3::to_array).collect(), left)
 }
 
-/// The matrices of a pose whose joints, each above the next, reach for a goal with the last, and the distance that is
-/// left.
+/// Turns a chain of joints so that the last joint reaches a goal. Returns the matrices of the pose and the remaining
+/// distance.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
 pub(crate) fn bend<'py>(
@@ -59,11 +59,11 @@ pub(crate) fn bend<'py>(
     Ok((matrices(py, &pose, world)?, left))
 }
 
-/// Whether each joint is above the next.
+/// Checks that each joint is an ancestor of the next.
 fn check_chain(scene: &mocap::Scene, joints: &[usize]) -> PyResult<()> {
     if joints.len() < 2 {
         return Err(invalid(format!(
-            "a chain has two joints at least, got {}",
+            "a chain has at least two joints, got {}",
             joints.len()
         )));
     }
@@ -72,7 +72,7 @@ fn check_chain(scene: &mocap::Scene, joints: &[usize]) -> PyResult<()> {
         if !above.into_iter().any(|node| node.index() == pair[0]) {
             let name = |joint: usize| &scene.nodes[joint].name;
             return Err(invalid(format!(
-                "each joint of a chain must be above the next: {:?} is not above {:?}",
+                "each joint of a chain must be an ancestor of the next: {:?} is not an ancestor of {:?}",
                 name(pair[0]),
                 name(pair[1])
             )));

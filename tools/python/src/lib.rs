@@ -1,5 +1,5 @@
-//! The native half of the Python package `mocap`: reading, kinematics and Arrow tables, without the GIL. The other
-//! half, in `python/mocap`, has the signatures and the documentation.
+//! The native module of the Python package `mocap`: reading, kinematics and Arrow tables, without the GIL. The Python
+//! modules in `python/mocap` have the signatures and the documentation.
 
 #![allow(
     clippy::needless_pass_by_value,
@@ -74,7 +74,7 @@ mod _mocap {
     #[pymodule_export]
     use super::{metres_in, read, read_bytes};
 
-    /// Calls options as Python does, and knows the outputs of earlier processes, as the program does.
+    /// Sets Python's names of options for messages, and loads the record of earlier outputs, as the program does.
     #[pymodule_init]
     fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         mocap::spell_options(super::spelling);
@@ -83,7 +83,7 @@ mod _mocap {
     }
 }
 
-/// What an option of a job is called in Python: `max-error` is `max_error`.
+/// The name of a job's option in Python: `max-error` is `max_error`.
 fn spelling(key: &str) -> String {
     match key {
         "map" => "bones".to_owned(),
@@ -110,7 +110,7 @@ fn read_bytes(py: Python<'_>, data: PyBackedBytes, name: &str, options: ReadOpti
     scene.map(scene::Scene::new).map_err(|error| to_python(py, &error))
 }
 
-/// Metres in one unit of this name.
+/// The length of a unit in metres.
 #[pyfunction]
 fn metres_in(unit: &str) -> PyResult<f64> {
     Unit::named(unit).map(Unit::metres).ok_or_else(|| {
@@ -121,7 +121,7 @@ fn metres_in(unit: &str) -> PyResult<f64> {
     })
 }
 
-/// The options of the reader, as in `mocap.ReadOptions`.
+/// The options of the reader; see `mocap.ReadOptions`.
 #[derive(FromPyObject)]
 pub(crate) struct ReadOptions {
     /// The part `read` of a job.
@@ -135,13 +135,13 @@ impl ReadOptions {
         Ok(importer.hash(self.hash).skeleton_mesh(SkeletonMesh::None))
     }
 
-    /// The options as a job has them.
+    /// The options in the form of a job.
     pub(crate) fn reading(&self) -> PyResult<InputOptions> {
         motion_job(&format!(r#"{{"read":{}}}"#, self.json)).map(|job| job.read)
     }
 }
 
-/// The job of a JSON text that Python wrote.
+/// Parses the JSON of a job from Python.
 pub(crate) fn motion_job(json: &str) -> PyResult<MotionJob> {
     match Job::from_json(json) {
         Ok(Job::Motion(job)) => Ok(job),
@@ -150,7 +150,7 @@ pub(crate) fn motion_job(json: &str) -> PyResult<MotionJob> {
     }
 }
 
-/// The weights of solvers, as a job has them.
+/// The weights of solvers in the form of a job.
 pub(crate) fn weights_of(json: &str) -> PyResult<JobWeights> {
     let weights = motion_job(&format!(r#"{{"weights": {json}}}"#))?.weights;
     weights
@@ -159,8 +159,8 @@ pub(crate) fn weights_of(json: &str) -> PyResult<JobWeights> {
     Ok(weights)
 }
 
-/// What is wrong with a value of a job, with the name of the option alone: a Python user sees neither the job nor its
-/// text.
+/// Rewrites an error about a value of a job. The message names only the option, because a Python user does not see the
+/// job.
 fn in_job(message: &str) -> String {
     let message = message.strip_prefix("the job: ").unwrap_or(message);
     let (path, what) = message.split_once(": ").unwrap_or(("", message));
@@ -170,7 +170,7 @@ fn in_job(message: &str) -> String {
     format!("{name}: {what}")
 }
 
-/// The library's options from the JSON that `mocap.Options` writes.
+/// Parses the library's options from the JSON of `mocap.Options`.
 pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::ArrayOptions> {
     from_json(json, "options: ")
 }

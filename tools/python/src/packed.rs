@@ -1,4 +1,4 @@
-//! Packed clips: poses straight from the packed form.
+//! Packed clips: decodes poses.
 
 use mocap::Trs;
 use mocap::compress::PackedClip as Clip;
@@ -16,7 +16,7 @@ pub(crate) struct PackedClip {
     clip: Clip<'static>,
 }
 
-/// The first motion of a scene, packed. Its lengths are in the unit of the scene.
+/// Packs the first motion of a scene. Lengths are in the unit of the scene.
 #[pyfunction]
 pub(crate) fn pack(py: Python<'_>, scene: &Scene, max_error: f64) -> PyResult<PackedClip> {
     if !(max_error.is_finite() && max_error > 0.0) {
@@ -78,7 +78,7 @@ impl PackedClip {
         let mut matrices: Vec<Mat4> = pose.iter().map(Trs::matrix).collect();
         if world {
             for node in 0..matrices.len() {
-                // Parents stand before their children.
+                // Parents precede their children.
                 if let Some(parent) = self.clip.parent(node) {
                     matrices[node] = matrices[parent] * matrices[node];
                 }

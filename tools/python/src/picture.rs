@@ -1,4 +1,4 @@
-//! What is looked at: the page with the player, curves and sheets.
+//! The page with the player, curves and contact sheets.
 
 use mocap::Conversion;
 use mocap::edit::ContactOptions;
@@ -11,7 +11,7 @@ use pyo3::types::PyBytes;
 use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
-/// The page that plays scenes side by side, each with its name. It needs nothing beside itself.
+/// The page that plays scenes side by side, each with its name. The page needs no other files.
 #[pyfunction]
 pub(crate) fn page(py: Python<'_>, scenes: Vec<(String, Py<Scene>)>) -> PyResult<String> {
     let made = py.detach(|| -> mocap::Result<String> {
@@ -60,7 +60,7 @@ impl Picture {
     }
 }
 
-/// Curves of joints, which are named.
+/// Draws curves of the named joints.
 #[pyfunction]
 pub(crate) fn plot(py: Python<'_>, scene: &Scene, name: &str, joints: Vec<String>, width: u32) -> PyResult<Picture> {
     let scene = scene.scene();
@@ -79,7 +79,7 @@ pub(crate) fn plot(py: Python<'_>, scene: &Scene, name: &str, joints: Vec<String
     Ok(Picture { drawing })
 }
 
-/// Poses over time, a row for each scene.
+/// Draws poses over time, a row for each scene.
 #[pyfunction]
 pub(crate) fn sheet(py: Python<'_>, scenes: Vec<(String, Py<Scene>)>, poses: usize, width: u32) -> Picture {
     let options = SheetOptions::new().poses(poses).width(width);

@@ -1,4 +1,4 @@
-//! Motions on other skeletons, and in the files of characters.
+//! Retargets motions to other skeletons, and adds them to character files.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 use crate::weights_of;
 
-/// The motions of `source` on the skeleton of `target`, and the reports as JSON.
+/// Retargets the motions of `source` to the skeleton of `target`. Returns the scene, and the reports as JSON.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
 pub(crate) fn retarget(
@@ -38,8 +38,8 @@ pub(crate) fn retarget(
     Ok((Scene::new(retargeting.scene()), reports(&retargeting)?))
 }
 
-/// Writes the file of a character with further motions, each with its name; returns the reports as JSON, and what of a
-/// face the character cannot show, a sentence each.
+/// Writes the file of a character with added motions and their names. Returns the reports as JSON, and a sentence for
+/// each part of a face that the character cannot show.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
 pub(crate) fn add_motions(
@@ -82,7 +82,7 @@ pub(crate) fn add_motions(
     Ok((reports(&retargeting)?, notes))
 }
 
-/// `bones` and `target_bones` are the names of joints for bones, and `weights` those of a job, as JSON.
+/// `bones` and `target_bones` are the joints of bones, and `weights` the weights of a job, all as JSON.
 fn options(
     scale: Option<f64>,
     lock_feet: bool,

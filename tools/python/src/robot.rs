@@ -1,4 +1,4 @@
-//! Motions on robots.
+//! Retargets motions to robots.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,8 +45,8 @@ impl Robot {
         self.robot.dof_names()
     }
 
-    /// The first motion of a scene on the robot: arrays, the report as JSON, and what writes files of it. `map` are
-    /// names of links for bones, and `bones` names of joints of the source, both as JSON.
+    /// Retargets the first motion of a scene. Returns arrays, the report as JSON, and an object that writes files.
+    /// `map` has the links of bones, and `bones` the joints of the source's bones, both as JSON.
     #[expect(clippy::too_many_arguments, reason = "the options by name, as Python gives them")]
     fn retarget<'py>(
         &self,
@@ -94,7 +94,7 @@ impl Robot {
         Ok((arrays, report, RobotClip { retargeting }))
     }
 
-    /// Begins a stream of poses of a scene, at so many a second; `map` and `bones` as for `retarget`.
+    /// Begins a stream of poses of a scene at `fps` poses per second; `map` and `bones` as for `retarget`.
     #[expect(clippy::too_many_arguments, reason = "the options by name, as Python gives them")]
     fn stream(
         &self,
@@ -136,11 +136,11 @@ fn floor_of(name: &str) -> PyResult<Floor> {
         .map_err(|_| invalid(format!("floor must be 'auto', 'z=0' or 'keep', got '{name}'")))
 }
 
-/// A motion on a robot while it comes.
+/// A stream of poses to a robot.
 #[pyclass(module = "mocap")]
 pub(crate) struct RobotStream {
     stream: SmoothRobotStream,
-    /// The pose of the source that came last.
+    /// The last pose of the source.
     pose: Pose,
 }
 
@@ -156,7 +156,7 @@ impl RobotStream {
         self.pose.node_to_parent.len()
     }
 
-    /// Takes the matrices of all nodes to their parents, row by row; gives the arrays of the frame whose time has come.
+    /// Takes the matrices of all nodes relative to their parents, row by row. Returns the arrays of the finished frame.
     fn push<'py>(
         &mut self,
         py: Python<'py>,
@@ -173,7 +173,7 @@ impl RobotStream {
         frame.map(|frame| arrays(py, &frame)).transpose()
     }
 
-    /// The frames that are left.
+    /// The remaining frames.
     fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let left = py.detach(|| self.stream.finish());
         arrays(py, &left)
@@ -202,7 +202,7 @@ fn arrays<'py>(py: Python<'py>, motion: &RobotMotion) -> PyResult<Bound<'py, PyD
     Ok(arrays)
 }
 
-/// A motion on a robot, to be written.
+/// A robot's motion for writing.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct RobotClip {
     retargeting: Retargeter,
@@ -210,7 +210,7 @@ pub(crate) struct RobotClip {
 
 #[pymethods]
 impl RobotClip {
-    /// Writes a file in the format `to`, or in that of its extension.
+    /// Writes a file in the format `to`, or in the format of its extension.
     fn save(&self, py: Python<'_>, path: PathBuf, to: Option<&str>, overwrite: bool) -> PyResult<()> {
         let extension = path
             .extension()
@@ -229,7 +229,7 @@ impl RobotClip {
             && (rate - fps).abs() > 1e-9
         {
             let message = format!(
-                "{name} is read at {rate} frames a second, and the motion has {fps}: retarget(..., fps={rate})"
+                "readers of {name} expect {rate} frames per second, and the motion has {fps}: retarget(..., fps={rate})"
             );
             return Err(invalid(message));
         }

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use crate::errors::{invalid, to_python};
 
-/// Does the job of a JSON text; returns what was done, as JSON.
+/// Runs a job given as JSON. Returns the report as JSON.
 #[pyfunction]
 pub(crate) fn run(py: Python<'_>, job: &str) -> PyResult<String> {
     let job = Job::from_json(job).map_err(|error| invalid(error.diagnostic().message.clone()))?;

@@ -31,16 +31,16 @@ enum Clip {
     Name(String),
 }
 
-/// What is written of a scene between processes, beside the scene itself.
+/// The data that is sent between processes in addition to the scene.
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 struct Beside {
     recorded: Option<Recording>,
-    /// The values of the recorded channels, which are no part of their JSON.
+    /// The values of the recorded channels, which their JSON lacks.
     values: Vec<Vec<f32>>,
     solved: Option<MarkerSolution>,
 }
 
-/// What :meth:`Scene.chain` returns.
+/// The result of :meth:`Scene.chain`.
 #[derive(serde::Serialize)]
 struct Chain {
     chain: Vec<ChainMatrix>,
@@ -57,11 +57,11 @@ pub(crate) struct Node {
     kind: &'static str,
     /// The index of the parent among the nodes; ``None`` for the root.
     parent: Option<usize>,
-    /// x, y, z to the parent at rest, in the unit of the file.
+    /// The rest offset from the parent: x, y, z in the unit of the file.
     offset: [f32; 3],
     /// The order of the Euler angles in the file, such as ``"ZXY"``, or ``None``.
     rotation_order: Option<String>,
-    /// Which bone of a humanoid the file says that the node is, or ``None``.
+    /// The humanoid bone of the node, if the file states it, or ``None``.
     humanoid_bone: Option<&'static str>,
     /// The expression of a VRM animation whose weight is x of the position, such as ``"blink"``; ``"lookAt"`` for the
     /// gaze.
@@ -173,7 +173,7 @@ impl Scene {
         json(&Chain { chain, point_in_world })
     }
 
-    /// The scene for another process.
+    /// Serializes the scene for another process.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let made = py.detach(|| {
             let metadata = &self.scene.metadata;
@@ -191,7 +191,7 @@ impl Scene {
             .map_err(|error| invalid(format!("the scene cannot be pickled: {error}")))
     }
 
-    /// Unit, axes, rest pose, and which joint is which bone, as JSON. `bones` are the names of joints, as JSON.
+    /// Unit, axes, rest pose, and the joints of bones, as JSON. `bones` are the joints of known bones, as JSON.
     fn figure(&self, py: Python<'_>, bones: Option<&str>) -> PyResult<String> {
         let bones = bones.map(bones_of).transpose()?.unwrap_or_default();
         let found = py.detach(|| Figure::mapped(&self.scene, &bones));
@@ -234,7 +234,7 @@ impl Scene {
         Ok(result)
     }
 
-    /// The file of a layout of bodies, `.npz` or `.npy`.
+    /// The bytes of a file in a body layout, `.npz` or `.npy`.
     fn smpl<'py>(&self, py: Python<'py>, layout: &str) -> PyResult<Bound<'py, PyBytes>> {
         let made = py.detach(|| BodyArrays::new(&self.scene)?.write(layout.parse()?));
         made.map(|bytes| PyBytes::new(py, &bytes))
@@ -248,7 +248,7 @@ impl Scene {
         Ok((angles.frame_rate, angles.columns, PyArray1::from_vec(py, angles.values)))
     }
 
-    /// Samples per second, the names of the columns of the analog channels or of the forces of the ground, and their
+    /// The samples per second, the names of the columns of the analog channels or ground reaction forces, and their
     /// values, row by row.
     fn time_series<'py>(
         &self,
@@ -268,12 +268,12 @@ impl Scene {
         json(&self.scene.metadata.recorded.as_deref())
     }
 
-    /// What is known of a skeleton that was solved from markers as JSON; `null` of others.
+    /// The residuals of a skeleton solved from markers, as JSON; `null` for other scenes.
     fn solved(&self) -> PyResult<String> {
         json(&self.scene.metadata.solved.as_deref())
     }
 
-    /// The walk as JSON.
+    /// The gait parameters as JSON.
     fn gait(&self, py: Python<'_>) -> PyResult<String> {
         let gait = py.detach(|| Gait::of(&self.scene));
         let gait = gait.map_err(|error| to_python(py, &error))?;
@@ -287,11 +287,11 @@ impl Scene {
     }
 }
 
-/// A scene from what `Scene::state` gave.
+/// Restores a scene from the bytes of `Scene::state`.
 #[pyfunction]
 pub(crate) fn scene_of(py: Python<'_>, state: PyBackedBytes) -> PyResult<Scene> {
     let read = py.detach(|| ciborium::from_reader::<(mocap::Scene, Beside), _>(&state[..]));
-    let broken = |error: String| invalid(format!("this is no pickled scene of this version: {error}"));
+    let broken = |error: String| invalid(format!("the bytes are not a pickled scene of this version: {error}"));
     let (mut scene, mut beside) = read.map_err(|error| broken(error.to_string()))?;
     if let Some(broken_rule) = scene.validate().first() {
         return Err(broken(broken_rule.to_string()));
@@ -306,7 +306,7 @@ pub(crate) fn scene_of(py: Python<'_>, state: PyBackedBytes) -> PyResult<Scene> 
     Ok(Scene::new(scene))
 }
 
-/// The pose of a scene at a tick; the rest pose of one without a motion.
+/// The pose of a scene at a tick, or its rest pose if it has no motion.
 pub(crate) fn posed(scene: &mocap::Scene, tick: f64) -> Pose {
     let mut pose = Pose::rest(scene);
     if let Some(animation) = scene.animations.first() {
@@ -315,7 +315,7 @@ pub(crate) fn posed(scene: &mocap::Scene, tick: f64) -> Pose {
     pose
 }
 
-/// The matrices of a pose as NumPy has them.
+/// The matrices of a pose as a NumPy array.
 pub(crate) fn matrices<'py>(py: Python<'py>, pose: &Pose, world: bool) -> PyResult<Bound<'py, PyAny>> {
     let matrices = if world {
         &pose.node_to_world

@@ -1,4 +1,4 @@
-//! Databases of what every frame of many motions does.
+//! Databases of motions for search.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -29,7 +29,7 @@ impl Database {
         self.database.clips().len()
     }
 
-    /// The rows of the clips, and which frames are theirs.
+    /// The rows of the clips with their ranges of frames.
     fn clips_json(&self) -> String {
         let mut first = 0;
         let rows = self.database.clips().iter().map(|clip| {
@@ -43,7 +43,7 @@ impl Database {
         serde_json::Value::from_iter(rows).to_string()
     }
 
-    /// The features of all frames, one frame after the other.
+    /// The features of all frames, frame by frame.
     fn features<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
         PyArray1::from_vec(py, self.database.features().flatten().copied().collect())
     }
@@ -54,7 +54,7 @@ impl Database {
         PyArray1::from_vec(py, clips.flat_map(IndexedClip::contacts).copied().collect())
     }
 
-    /// What is most like a part of an animation, or the pose at its first moment, as JSON.
+    /// Finds the parts most similar to a part of an animation, or to the pose at its begin, as JSON.
     #[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
     #[pyo3(signature = (scene, animation, part, is_pose, count, per_clip, mirror, condition))]
     fn find(
@@ -111,7 +111,7 @@ pub(crate) fn read_database(py: Python<'_>, path: PathBuf) -> PyResult<Database>
     Ok(Database { database })
 }
 
-/// Indexes files; what is no motion of a humanoid with two feet is an error.
+/// Indexes files. A file without a motion of a humanoid with two feet is an error.
 #[pyfunction]
 pub(crate) fn index(
     py: Python<'_>,
@@ -130,7 +130,8 @@ pub(crate) fn index(
                 false => IndexedClip::of(&scene, &name, mirror),
             };
             if found.is_empty() {
-                let diagnostic = Diagnostic::new(Code::NotHumanoid, "it has no motion of a humanoid with two feet");
+                let diagnostic =
+                    Diagnostic::new(Code::NotHumanoid, "the file has no motion of a humanoid with two feet");
                 return Err(Error::from(diagnostic).with_path(path));
             }
             clips.extend(found);

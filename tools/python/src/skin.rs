@@ -16,7 +16,7 @@ use crate::scene::posed;
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct Skin {
     scene: Scene,
-    /// A node, and a mesh that it holds.
+    /// The index of a node and of its mesh.
     parts: Vec<(usize, usize)>,
 }
 

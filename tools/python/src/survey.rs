@@ -14,7 +14,7 @@ use crate::ReadOptions;
 use crate::arrow::ArrowTable;
 use crate::errors::{from_json, to_python};
 
-/// The rows of a corpus, and how they were found.
+/// The rows of a corpus, with the options of the survey.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct Survey {
     corpus: Corpus,
@@ -79,7 +79,7 @@ impl Survey {
     }
 }
 
-/// Surveys files, and rows of records: what `examine` gave on other machines.
+/// Surveys files and records. Records are lines of `examine` from other processes.
 #[pyfunction]
 pub(crate) fn survey(
     py: Python<'_>,
@@ -100,7 +100,7 @@ pub(crate) fn survey(
     })
 }
 
-/// The lines of a record of files in memory, a line for each clip.
+/// Examines files in memory. Returns the lines of a record, a line for each clip.
 #[pyfunction]
 pub(crate) fn examine(
     py: Python<'_>,
@@ -122,7 +122,7 @@ pub(crate) fn examine(
     Ok(lines)
 }
 
-/// The extensions of files that are read.
+/// The extensions of readable files.
 #[pyfunction]
 pub(crate) fn extensions() -> Vec<&'static str> {
     FormatInfo::ALL

@@ -76,7 +76,7 @@ def test_what_is_no_chain_is_refused(walk: Path) -> None:
     scene = mocap.read(walk)
     for joints, goal, message in [
         (["LeftHand", "LeftArm"], [0, 0, 0], '"LeftHand" is not above "LeftArm"'),
-        (["LeftArm"], [0, 0, 0], "a chain has two joints at least, got 1"),
+        (["LeftArm"], [0, 0, 0], "a chain has at least two joints, got 1"),
         (["LeftArm", "Tail"], [0, 0, 0], "no joint is called 'Tail'"),
         ([0, 9999], [0, 0, 0], "there is no node 9999"),
         (ARM, [0, float("nan"), 0], "goal must be 3 finite numbers"),

@@ -50,7 +50,7 @@ def test_a_motion_is_saved_for_trainers(tmp_path: Path) -> None:
     assert {"fps", "joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "body_lin_vel_w", "body_ang_vel_w"} <= set(mjlab.files)
     np.testing.assert_allclose(mjlab["joint_pos"], motion.dof_pos, atol=1e-6)
     motion.save(tmp_path / "gmr.pkl", "gmr")
-    with pytest.raises(ValueError, match="unitree-csv is read at 30 frames a second, and the motion has 50"):
+    with pytest.raises(ValueError, match="readers of unitree-csv expect 30 frames per second, and the motion has 50"):
         motion.save(tmp_path / "walk.csv", "unitree-csv")
     with pytest.raises(ValueError, match="to must be one of npz, pkl, csv, qpos, gmr"):
         motion.save(tmp_path / "walk.txt")

@@ -57,7 +57,7 @@ def test_another_process_takes_a_scene(walk: Path) -> None:
 def test_what_is_no_pickled_scene_is_refused(walk: Path) -> None:
     function, (state,) = mocap.read(walk).__reduce__()
     for broken in (b"", b"no scene", state[:-1], state[: len(state) // 2]):
-        with pytest.raises(mocap.OptionError, match="this is no pickled scene of this version"):
+        with pytest.raises(mocap.OptionError, match="the bytes are not a pickled scene of this version"):
             function(broken)
 
 

@@ -1,12 +1,12 @@
-"""Motion capture as arrays: BVH and others into NumPy, Arrow and glTF.
+"""Reads motion capture files (BVH and others) as arrays of NumPy and Arrow, and writes glTF and other formats.
 
 >>> import mocap
 >>> motion = mocap.read("walk.bvh").to_numpy(rot="6d", fps=30, out_unit="m")  # doctest: +SKIP
 >>> motion.positions.shape  # frames, joints, xyz                          # doctest: +SKIP
 (131, 38, 3)
 
-Matrices map column vectors, quaternions are x, y, z, w, coordinates are right-handed. Reading and kinematics run with
-the interpreter let go, so threads work side by side.
+Matrices multiply column vectors, quaternions are x, y, z, w, and coordinates are right-handed. Reading and kinematics
+release the GIL, so threads run in parallel.
 """
 
 from __future__ import annotations
@@ -104,34 +104,35 @@ __all__ = [
 
 @public
 def extensions() -> list[str]:
-    """The extensions of the files that :func:`read` knows, without their dots. It refuses ``bip``, with advice."""
+    """The extensions of the files that :func:`read` knows, without dots. ``bip`` is among them: :func:`read` rejects
+    such files with advice."""
     return _mocap.extensions()
 
 
 @public
 def run(job: Mapping[str, Any]) -> Report:
-    """Does a job, as ``mocap run`` does a job file: reads files, changes motions, puts them on another body, writes files.
+    """Runs a job, as ``mocap run`` does: reads files, edits motions, retargets them, and writes files.
 
     >>> run({"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "walk.glb"}})  # doctest: +SKIP
 
     Args:
-        job: What ``mocap run --schema`` describes. ``mocap convert ... --print-job`` prints the job of a command line.
-            ``steps`` may hold every :class:`mocap.edit.Step`; paths may be :class:`pathlib.Path`.
+        job: The job; ``mocap run --schema`` prints its schema, and ``mocap convert ... --print-job`` prints the job of
+            a command line. ``steps`` may contain :class:`mocap.edit.Step`, and paths may be :class:`pathlib.Path`.
 
     Returns:
-        What was done: ``files`` with their sizes, ``notes``, ``warnings``, the reports of ``steps`` and ``clips``, and
-        ``problem`` where the output is worse than the job allows.
+        The report: ``files`` with their sizes, ``notes``, ``warnings``, the reports of ``steps`` and ``clips``, and
+        ``problem`` if the output is worse than the job allows.
 
     Raises:
-        MocapError: Where a file cannot be read or written, or a step cannot be done.
-        ValueError: Where the job holds what no job has; the message says where.
+        MocapError: If a file cannot be read or written, or a step fails.
+        ValueError: If the job has an unknown key or an invalid value; the message names its place.
     """
     report: Report = parsed(_mocap.run(json.dumps(job, default=_plain)))
     return report
 
 
 def _plain(value: Any) -> object:
-    """Steps and paths in a job."""
+    """Converts steps and paths in a job to plain JSON values."""
     if isinstance(value, edit.Step):
         if value.other is not None or value.bones is not None:
             raise OptionError(f"a job names files: put what {value.name} needs into source.with and source.bones")
@@ -148,15 +149,15 @@ def table(
     options: Options = Options(),
     read_options: ReadOptions = ReadOptions(),
 ) -> ArrowTable:
-    """A table with a row for each file, names and bytes given. A file that cannot be read is a row with an ``error``.
+    """A table with a row for each file in memory. A file that cannot be read is a row with an ``error``.
 
-    This is what to map over the batches of Ray Data, Spark or Dask: options and results travel between processes.
+    Map this function over the batches of Ray Data, Spark or Dask: options and results can be sent between processes.
 
     Args:
         files: Names and bytes.
-        shape: ``"clips"`` for the arrays, as lists in one row; ``"inventory"`` for what a file holds, without its
+        shape: ``"clips"`` for the arrays, as lists in one row; ``"inventory"`` for a summary of each file without its
             motion: skeleton hash, joints, frames, frame rate, duration, unit, axis, warnings.
-        options: What to put into the arrays.
+        options: The contents of the arrays.
         read_options: How to read.
     """
     return _mocap.table(list(files), shape, options.to_json(), read_options)

@@ -13,8 +13,9 @@ _STARTER = "import sys; sys.path[:] = filter(None, sys.path); from mocap.__main_
 
 
 def main() -> NoReturn:
-    """Does what the command line says, and ends the process with the exit code of ``mocap``."""
-    # Python only notes Ctrl-C until the interpreter runs again; it is to end the command at once.
+    """Runs the command line, and ends the process with the exit code of ``mocap``."""
+    # By default Python handles Ctrl-C only when the interpreter runs again. Restore the default action, so that Ctrl-C
+    # ends the command immediately.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     _mocap.main(["mocap", *sys.argv[1:]], [sys.executable, "-c", _STARTER])

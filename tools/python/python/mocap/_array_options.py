@@ -22,15 +22,15 @@ else:
 
 @dataclass(frozen=True)
 class Contacts:
-    """What counts as a foot that stands on the ground: low and slow at once.
+    """Thresholds of foot contact: a foot in contact is low and slow.
 
-    A foot in contact leaves when it is 1.6 times too high or too fast, as for the steps of ``edit``. It rests where it is
-    in most frames: at the height below which it is in a twentieth of them.
+    A contact ends when the foot is above 1.6 times the height or the speed, as in the steps of ``edit``. The resting
+    height of a foot is the height below which it is in a twentieth of the frames.
 
     Attributes:
-        feet: A regular expression for the names of the feet; ``None`` for those of the humanoid.
-        height: Metres above where it rests, at most.
-        speed: Metres a second, at most.
+        feet: A regular expression for the names of the feet; ``None`` for the feet of the humanoid.
+        height: The largest height above the resting height, in metres.
+        speed: The largest speed, in m/s.
     """
 
     feet: str | None = None
@@ -43,26 +43,25 @@ class Options:
     """Options of the arrays. By default nothing is converted.
 
     Attributes:
-        rot: What the numbers of a rotation are: ``"quat"`` is x, y, z, w; ``"6d"`` the first two columns of the
-            matrix, one after the other; ``"matrix"`` 3 x 3; ``"euler"`` degrees about x, y and z, which the joint's
-            ``rotation_order`` puts in order.
+        rot: The representation of rotations. ``"quat"`` is x, y, z, w; ``"6d"`` the first two columns of the matrix;
+            ``"matrix"`` 3 x 3; ``"euler"`` degrees about x, y and z, applied in the joint's ``rotation_order``.
         space: What positions are relative to: the ``"world"``; the position of the ``"root"`` in the same frame, along
             the world's axes; ``"local"`` is the listed parent, in its axes.
         rot_space: What rotations are relative to: the listed parent (``"local"``) or the ``"world"``.
         joints: A regular expression for the names of the joints and end sites to keep; all if ``None``.
-        fps: Frames per second; the file's own frames if ``None``. In between, positions move on a line and rotations
-            on the shorter arc.
-        trim: The part to keep, from and to, in seconds, both included; either may be ``None``.
-        unit: Unit of length of the file, by name or as metres in one; if ``None``, what the file says, else a guess
-            where it is needed.
-        up: The axis of the file that points up; if ``None``, what the file says, else a guess where it is needed.
-        out_unit: Unit of length of the output; the file's own if ``None``.
-        out_up: The axis of the output that points up; the file's own axes if ``None``.
-        bones: Joints of the file for bones of the humanoid, by name, as ``{"head": "Neck"}``; ``None`` in place of a
-            name for a bone that there is not. The unit and the up axis are guessed from the bones.
-        velocities: Give velocities too, in units a second: central differences, one-sided at the first and the last
-            frame.
-        contacts: Say which feet stand on the ground; ``True`` stands for ``Contacts()``.
+        fps: Frames per second; ``None`` keeps the frames of the file. Between frames, positions are interpolated
+            linearly and rotations along the shorter arc.
+        trim: The part to keep, as begin and end in seconds, both included; either may be ``None``.
+        unit: Unit of length of the file, as a name or in metres. ``None`` takes the unit that the file states, or else
+            infers it if necessary.
+        up: The up axis of the file. ``None`` takes the axis that the file states, or else infers it if necessary.
+        out_unit: Unit of length of the output; ``None`` keeps the unit of the file.
+        out_up: The up axis of the output; ``None`` keeps the axes of the file.
+        bones: The joints of humanoid bones by name, such as ``{"head": "Neck"}``; ``None`` for an absent bone. The unit
+            and the up axis are inferred from the bones.
+        velocities: Also return velocities, in units per second: central differences, one-sided at the first and the
+            last frame.
+        contacts: Also return foot contacts; ``True`` means ``Contacts()``.
     """
 
     rot: Literal["quat", "6d", "matrix", "euler"] = "quat"
@@ -80,7 +79,7 @@ class Options:
     contacts: Contacts | bool = field(default=False)
 
     def to_json(self) -> str:
-        """The options as the native half reads them."""
+        """The options in the form of the native module."""
         contacts = Contacts() if self.contacts is True else self.contacts or None
         first, last = self.trim
         values: dict[str, Any] = {
@@ -103,7 +102,7 @@ class Options:
 
 
 class OptionChanges(TypedDict, total=False):
-    """The fields of :class:`Options`, of which a call names some."""
+    """The fields of :class:`Options` that a call can set by name."""
 
     rot: Literal["quat", "6d", "matrix", "euler"]
     space: Literal["world", "root", "local"]
@@ -121,10 +120,10 @@ class OptionChanges(TypedDict, total=False):
 
 
 def changed(options: Options, changes: OptionChanges, *also: str) -> Options:
-    """The options with other values for the fields named. ``also`` are options that the caller takes itself.
+    """Returns the options with changed fields. ``also`` are options that the caller handles itself.
 
     Raises:
-        TypeError: Where no field has a name, with the names that there are.
+        TypeError: If a name is not a field; the message lists the fields.
     """
     hints = get_type_hints(Options)
     for name, value in changes.items():

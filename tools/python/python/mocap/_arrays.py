@@ -1,4 +1,4 @@
-"""A motion of NumPy arrays as a scene."""
+"""Makes a scene of a motion in NumPy arrays."""
 
 from __future__ import annotations
 
@@ -34,25 +34,27 @@ def from_arrays(
     frame_rate: float | None = None,
     person: int | None = None,
 ) -> Scene:
-    """A scene of a motion in NumPy arrays, in metres with +Y up.
+    """Makes a scene of a motion in NumPy arrays, in metres with +Y up.
 
     Args:
-        arrays: In the layout of another program, by their names, as `mocap.read` takes them in an ``.npz``; or a list with
-            such arrays of each frame, as SAM 3D Body gives them: of one person, or a list of its persons, which may be
-            empty. What is no number is left out. Instead of positions.
-        positions: Of the joints in the world, (frames, joints, 3).
-        rotations: To the parent, as matrices (frames, joints, 3, 3) or as quaternions x, y, z, w (frames, joints, 4).
-            Without them the joints are points, of which those named as SMPL's, or 22 or 24 without names, are solved.
-        names: Of the joints.
-        parents: Of each joint the index of the one above it, which stands before it, or -1. Needed with rotations.
-        frame_rate: Frames per second. Default: those of the arrays; of positions 30.
-        person: Which of several persons, from 0, in the order in which they appear. Default: the one in most frames.
+        arrays: Arrays in the layout of another program, by name, as `mocap.read` reads them from an ``.npz``. Or a list
+            with the arrays of each frame, as SAM 3D Body returns them: one person, or a list of persons, which may be
+            empty. Values that are not numbers are skipped. Use this argument instead of ``positions``.
+        positions: The positions of the joints in the world, (frames, joints, 3).
+        rotations: The rotations relative to the parents, as matrices (frames, joints, 3, 3) or as quaternions x, y, z,
+            w (frames, joints, 4). Without rotations the joints are points. If the points have the names of SMPL's
+            joints, or if there are 22 or 24 points without names, the rotations are solved.
+        names: The names of the joints.
+        parents: The index of each joint's parent, or -1. Parents precede their children. Required with rotations.
+        frame_rate: Frames per second. Default: the rate in the arrays; 30 for positions.
+        person: The index of one of several persons, from 0, in order of appearance. Default: the person with the most
+            frames.
 
     >>> scene = mocap.from_arrays(positions=np.load("joints.npy"), frame_rate=20)  # doctest: +SKIP
 
     Raises:
-        ValueError: Where the shapes do not go together.
-        MocapError: Where the numbers are no motion.
+        ValueError: If the shapes do not match.
+        MocapError: If the numbers are not a motion.
     """
     if (arrays is None) == (positions is None):
         raise OptionError("arrays or positions must be given, and not both")
@@ -67,7 +69,7 @@ def from_arrays(
 def _stacked(
     arrays: Mapping[str, object] | Sequence[_Frame], frame_rate: float | None
 ) -> dict[str, np.ndarray]:
-    """Arrays of numbers; those of frames along a first axis, and those of persons along a second."""
+    """Stacks the arrays: frames along the first axis, persons along the second."""
     if isinstance(arrays, Mapping):
         named = {name: np.asarray(array) for name, array in arrays.items() if _is_number(array)}
     else:
@@ -173,7 +175,7 @@ def _matrices(quaternions: np.ndarray) -> np.ndarray:
 
 
 def _offsets(places: np.ndarray, matrices: np.ndarray, parents: Sequence[int]) -> np.ndarray:
-    """The medians of the vectors from the joints above, in the axes of those."""
+    """The median offsets of joints from their parents, in the axes of the parents."""
     world: list[np.ndarray] = []
     offsets = np.zeros((len(parents), 3))
     for joint, parent in enumerate(parents):

@@ -1,4 +1,5 @@
-"""Arguments of public functions, checked against their annotations: errors name the argument, and what it must be."""
+"""Checks the arguments of public functions against their annotations. Errors name the argument and its expected
+type."""
 
 from __future__ import annotations
 
@@ -18,12 +19,12 @@ from ._errors import OptionError, UnknownOptionError, WrongTypeError
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# Values that are looked at in a list: the native half looks at all of them.
+# The number of checked values of a list. The native module checks all values.
 _LOOKED_AT = 64
 
 
 def public(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, which first checks its arguments."""
+    """Decorates a function so that it first checks its arguments."""
     check = checker(function)
 
     @functools.wraps(function)
@@ -35,7 +36,8 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def checker(function: Callable[..., Any]) -> Callable[[tuple[Any, ...], Mapping[str, Any]], None]:
-    """What checks the arguments of a function; annotations are read at the first call. What is missing Python says itself."""
+    """Makes a checker of a function's arguments. The annotations are read at the first call. Python itself reports
+    missing arguments."""
     parameters = inspect.signature(function).parameters
     takes_any = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values())
     by_position = [name for name, of in parameters.items() if of.kind is of.POSITIONAL_OR_KEYWORD]
@@ -60,19 +62,19 @@ def checker(function: Callable[..., Any]) -> Callable[[tuple[Any, ...], Mapping[
 
 
 def _is_array(hint: Any) -> bool:
-    """Whether an annotation is one of NumPy: the function itself looks at shapes and numbers."""
+    """Whether an annotation is a type of NumPy. The function itself checks shapes and numbers."""
     parts = (hint, *get_args(hint))
     return any(str(getattr(part, "__module__", "")).startswith("numpy") for part in parts)
 
 
 def options_of(signature: inspect.Signature) -> list[str]:
-    """The names of what a function takes beside the arguments that it needs."""
+    """The names of a function's optional arguments."""
     parameters = signature.parameters.values()
     return [of.name for of in parameters if of.kind is of.KEYWORD_ONLY or of.default is not of.empty]
 
 
 def unknown_option(name: str, options: Iterable[str]) -> UnknownOptionError:
-    """There is no option of a name; says which one is meant, or which there are."""
+    """The error of an unknown option. Suggests the nearest name, or lists all names."""
     options = list(options)
     near = nearest(name, options)
     if near is not None:
@@ -81,25 +83,25 @@ def unknown_option(name: str, options: Iterable[str]) -> UnknownOptionError:
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
-    """The word that is most like another, if one is."""
+    """The most similar word, if a word is similar enough."""
     plain = {known.replace("-", "_").lower(): known for known in words}
     found = difflib.get_close_matches(word.replace("-", "_").lower(), plain, n=1, cutoff=0.6)
     return plain[found[0]] if found else None
 
 
 def refusal(name: str, value: object, hint: Any) -> OptionError:
-    """A value is not what an argument must be."""
+    """The error of an argument with a wrong type or value."""
     message = f"{name} must be {described(hint)}, got {shown(value)}"
     if not isinstance(value, str):
         return WrongTypeError(message)
     near = nearest(value, [word for word in words_of(hint) if isinstance(word, str)])
-    # Another text than the words of an option has the type that the option takes.
+    # A text that is not a word of the option still has the type ``str``.
     kind = OptionError if words_of(hint) else WrongTypeError
     return kind(message if near is None else f"{message}; did you mean {near!r}?")
 
 
 def shown(value: object) -> str:
-    """A value in a message: short, and with its type where the value does not show it."""
+    """A short text of a value for a message, with the type if the text does not show it."""
     text = repr(value)
     text = text if len(text) <= 60 else text[:57] + "..."
     is_plain = value is None or isinstance(value, (str, bytes, bool, int, float, list, tuple, dict))
@@ -107,7 +109,7 @@ def shown(value: object) -> str:
 
 
 def words_of(hint: Any) -> list[object]:
-    """The words of an annotation."""
+    """The literal words of an annotation."""
     if get_origin(hint) is Literal:
         return list(get_args(hint))
     return [word for part in get_args(hint) for word in words_of(part)] if _is_union(hint) else []
@@ -147,12 +149,12 @@ def fits(value: Any, hint: Any) -> bool:
             return False
         if origin is not Iterable and not isinstance(value, (Sequence, np.ndarray)):
             return False
-        # An iterator is not looked into: that would use it up.
+        # Do not check an iterator, because the check would exhaust it.
         items = value if isinstance(value, (Sequence, np.ndarray)) else ()
         return all(fits(item, parts[0]) for item in items[:_LOOKED_AT])
     if isinstance(origin, type):
         return isinstance(value, origin)
-    # Of arrays and whatever else, the functions themselves say what is wrong.
+    # The functions themselves check arrays and all other types.
     return not isinstance(hint, type) or isinstance(value, hint)
 
 
@@ -160,7 +162,7 @@ _LISTS: tuple[object, ...] = (list, Sequence, Iterable)
 
 
 def described(hint: Any) -> str:
-    """An annotation in words."""
+    """An annotation as text."""
     parts = _parts(hint)
     words = [repr(word) for part in parts for word in words_of(part)]
     kinds = [_kind(part) for part in parts if not words_of(part)]
@@ -171,7 +173,7 @@ def described(hint: Any) -> str:
 
 
 def _parts(hint: Any) -> list[Any]:
-    """The types of a union but for ``None``, and but for the text that a path may be."""
+    """The types of a union, without ``None``, and without ``str`` if it stands for a path."""
     parts = [part for part in (get_args(hint) if _is_union(hint) else [hint]) if part is not type(None)]
     has_path = any(get_origin(part) is os.PathLike for part in parts)
     return [part for part in parts if not (has_path and part is str)]

@@ -1,4 +1,4 @@
-"""An unrelated package of PyPI whose module has the same name."""
+"""Detects an unrelated PyPI package whose module has the same name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 
 def warn_of_other() -> None:
-    """Warns where the package called ``mocap``, for ArUco markers, is installed too: both write into one folder."""
+    """Warns if the PyPI package ``mocap``, for ArUco markers, is also installed: both packages write to the same
+    folder."""
     try:
         other = version("mocap")
     except PackageNotFoundError:

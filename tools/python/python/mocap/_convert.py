@@ -1,4 +1,4 @@
-"""Motions in files, as jobs make them."""
+"""Writes motions to files by jobs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _AS_READ = ReadOptions().to_job()
 
 
 def converted(source: SceneLike, target: StrPath, job: dict[str, Any]) -> int:
-    """Does a job on a file or on a scene; returns the bytes written."""
+    """Runs a job on a file or a scene. Returns the number of written bytes."""
     if isinstance(source, Scene):
         if job.get("read", _AS_READ) != _AS_READ:
             raise OptionError("the source is a scene, which is read already: give options of reading to mocap.read")
@@ -23,5 +23,5 @@ def converted(source: SceneLike, target: StrPath, job: dict[str, Any]) -> int:
 
 
 def written(scene: SceneLike, target: StrPath, options: WriteOptions) -> None:
-    """Writes a scene, or a file as it is."""
+    """Writes a scene, or a file without changes."""
     converted(scene, target, {"write": options.to_job()})

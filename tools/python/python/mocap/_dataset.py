@@ -32,22 +32,22 @@ def write_dataset(
     >>> datasets.load_dataset("dataset", split="train")[0]["frames"]  # doctest: +SKIP
     131
 
-    The card, ``README.md``, has the columns with their units, statistics, and the licence files that stand beside the
+    The card, ``README.md``, has the columns with their units, statistics, and the licence files from the folders of the
     clips.
 
     Args:
-        paths: Files and folders; of a folder every file at any depth that has the extension of a format.
-        folder: The new folder. It must not be there, or be empty.
-        options: What to put into the arrays. Without a unit and an up axis they are in metres with +Y up.
-        license: The licence of the clips, as Hugging Face names it.
+        paths: Files and folders. Folders are searched recursively for files with the extension of a format.
+        folder: The new folder. It must be absent or empty.
+        options: The contents of the arrays. By default the arrays are in metres with +Y up.
+        license: The licence of the clips, as a Hugging Face identifier.
         part_size: Size of a Parquet file, in megabytes of uncompressed values.
         read_options: How to read.
 
     Returns:
-        The files that could not be read, with the reason. The card names them too.
+        The files that could not be read, with the reasons. The card also lists them.
 
     Raises:
-        MocapError: Where the folder has files, ``license`` is no identifier, or no file can be read.
+        MocapError: If the folder has files, ``license`` is not an identifier, or no file can be read.
     """
     listed = [paths] if isinstance(paths, (str, os.PathLike)) else paths
     files = [(_name(file, path), file) for path in listed for file in files_of([path])]
@@ -58,6 +58,6 @@ def write_dataset(
 
 
 def _name(file: str, path: StrPath) -> str:
-    """The path below the folder in which a file was found; the name of a file that the caller names."""
+    """The path of a file relative to the searched folder, or the name of a file that the caller names."""
     below = os.path.relpath(file, path) if os.path.isdir(path) else os.path.basename(file)
     return Path(below).as_posix()

@@ -1,4 +1,4 @@
-"""The exceptions of everything that is wrong with a file or an option."""
+"""The exceptions for invalid files and options."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from ._words import DASHED
 
-# What an error knows that comes from no file.
+# The fields of an error without a file.
 _NOTHING_KNOWN: Mapping[str, Any] = {
     "code": "invalid-value",
     **dict.fromkeys(("path", "line", "column", "joint", "expected", "found", "help")),
@@ -18,23 +18,23 @@ _NOTHING_KNOWN: Mapping[str, Any] = {
 
 
 class MocapError(ValueError):
-    """A file could not be read or written, or an option has no meaning for it.
+    """A file could not be read or written, or an option is invalid for the file.
 
-    What Python has an exception for is that exception too: ``except FileNotFoundError`` and ``except MocapError`` both
+    Subclasses also derive from Python's own exceptions: ``except FileNotFoundError`` and ``except MocapError`` both
     catch a :class:`MissingFileError`.
 
-    ``str(error)`` is the one line that the program prints: file, line and column, code, message, joint, what was
-    expected, what was found. The parts are attributes; each is ``None`` where it does not apply.
+    ``str(error)`` is the line that the program prints: file, line and column, code, message, joint, expected and found
+    text. The attributes have these parts; an absent part is ``None``.
 
     Attributes:
-        code: The stable name of what is wrong, such as ``"invalid-number"``.
+        code: The stable name of the error, such as ``"invalid-number"``.
         path: The file.
         line: Line in the file, from 1.
         column: Column in the line, from 1, in characters.
-        joint: The joint it belongs to.
-        expected: What should have stood there.
-        found: What stood there.
-        help: How to mend it.
+        joint: The joint of the error.
+        expected: The expected text.
+        found: The text in the file.
+        help: The remedy.
     """
 
     code: str
@@ -53,7 +53,7 @@ class MocapError(ValueError):
             setattr(self, name, value)
 
     def __str__(self) -> str:
-        # That of OSError would add the number and the path.
+        # OSError's own text would add the error number and the path.
         return str(self.args[0])
 
     def __reduce__(self) -> tuple[type[MocapError], tuple[str, dict[str, Any]]]:
@@ -62,15 +62,15 @@ class MocapError(ValueError):
 
 
 class OptionError(MocapError):
-    """An argument has no meaning, whatever the file: a ``ValueError`` as Python has it."""
+    """An argument is invalid for every file. Also a ``ValueError``."""
 
 
 class UnknownOptionError(OptionError, TypeError):
-    """There is no option of this name, or the options cannot be given together: a ``TypeError`` as Python has it."""
+    """An option is unknown, or options exclude each other. Also a ``TypeError``."""
 
 
 class WrongTypeError(OptionError, TypeError):
-    """An argument has another type than it must have: a ``TypeError`` as Python has it."""
+    """An argument has a wrong type. Also a ``TypeError``."""
 
 
 class FileError(MocapError, OSError):
@@ -83,7 +83,7 @@ class FileError(MocapError, OSError):
 
 
 class MissingFileError(FileError, FileNotFoundError):
-    """A file or a folder that is not there."""
+    """A missing file or folder."""
 
     errno = errno.ENOENT
 
@@ -101,10 +101,10 @@ class FilePermissionError(FileError, PermissionError):
 
 
 class LimitError(MocapError, MemoryError):
-    """A file that would need more memory than the limits allow, or options that would."""
+    """A file or options that would need more memory than the limits allow."""
 
 
-# As users name them, in a traceback too.
+# Show the public names, also in tracebacks.
 for _kind in (
     MocapError,
     OptionError,
@@ -119,12 +119,12 @@ for _kind in (
     _kind.__module__ = "mocap"
 
 
-# Options of jobs and steps with a dash in their names, but not those of a command line that a message has.
+# Options of jobs and steps with a dash in their names, but not options of a command line in a message.
 _OPTION = re.compile(rf"(?<![\w-])(?:{'|'.join(DASHED)})(?![\w-])")
 
 
 def in_python(message: str, path: str | None = None) -> str:
-    """A message of the library with the options as Python spells them; ``path`` at its beginning stays."""
+    """Converts a message of the library to Python's names of options. ``path`` at the beginning stays unchanged."""
     begin = path if path and message.startswith(path) else ""
     rest = _OPTION.sub(lambda found: found[0].replace("-", "_"), message[len(begin) :])
     return begin + rest

@@ -1,4 +1,4 @@
-"""Where motions pass into each other unseen, and walks over them: motion graphs."""
+"""Motion graphs: transitions between similar frames of clips, and walks over them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Graph:
             read_options: How to read the clips.
 
         Raises:
-            MocapError: Where the file is no graph, or a clip has changed since.
+            MocapError: If the file is not a graph, or a clip has changed since.
         """
         return cls(_mocap.read_graph(path, _space(unit, up), read_options))
 
@@ -64,20 +64,20 @@ class Graph:
 
     @property
     def transitions(self) -> npt.NDArray[np.int64]:
-        """Where a figure can pass: of each transition the clip and the frame that it leaves, and those that it comes to."""
+        """The transitions. Each row has the source clip and frame, then the target clip and frame."""
         return self._native.transitions().reshape(-1, 4)
 
     @property
     def distances(self) -> npt.NDArray[np.float32]:
-        """How far the two moments of each transition are apart, in metres."""
+        """The distance of each transition, in metres."""
         return self._native.distances()
 
     @public
     def matrix(self, first: int = 0, second: int = 0) -> npt.NDArray[np.float32]:
-        """The distances in metres of all moments of a clip, down, to all of another, across.
+        """The distance matrix of two clips in metres: rows are frames of the first clip, columns of the second.
 
         Raises:
-            MocapError: Where there is no such clip, or it is shorter than a moment.
+            MocapError: If there is no such clip, or the clip is shorter than the window.
         """
         rows, columns, values = self._native.matrix(first, second)
         return values.reshape(rows, columns)
@@ -91,18 +91,18 @@ class Graph:
         through: Sequence[str] | None = None,
         seed: int = 1,
     ) -> tuple[Scene, Report]:
-        """A motion that walks over the graph, with feet held still, and what was made: ``frames``, ``seconds``, when its
-        ``transitions`` begin, ``largest_distance``, ``feet``, and ``path``: how near it is to the path that it follows, in metres
-        and degrees. One of ``seconds``, ``path`` and ``through`` says where it goes.
+        """Makes a walk over the graph, with feet locked during contact. Returns the motion and a report: ``frames``,
+        ``seconds``, the begins of ``transitions``, ``largest_distance``, ``feet``, and ``path``, the deviation from the
+        path in metres and degrees. Set one of ``seconds``, ``path`` and ``through``.
 
         Args:
-            seconds: Walk for so many seconds, to moments that it has seldom visited.
+            seconds: Walk for this number of seconds, towards frames that the walk has rarely visited.
             path: Walk along these points over the ground in metres: x and z where +Y is up, x and y where +Z is.
-            through: Walk through these clips in this order; ``"turn@1.5"`` is a moment of one.
-            seed: Another gives another walk of ``seconds``.
+            through: Walk through these clips in this order; ``"turn@1.5"`` is a time of a clip.
+            seed: Another number gives another walk of ``seconds``.
 
         Raises:
-            MocapError: Where there is no such walk, or a file has changed since.
+            MocapError: If there is no such walk, or a file has changed since.
         """
         points = None if path is None else [[float(x), float(z)] for x, z in path]
         walking = {"seconds": seconds, "path": points, "through": list(through or []), "seed": seed}
@@ -114,7 +114,7 @@ class Graph:
         """Writes the graph as JSON, for ``mocap graph walk``.
 
         Raises:
-            MocapError: Where it would replace somebody's file, or one of the clips.
+            MocapError: If the output would replace a clip or a file that may be a source.
         """
         self._native.write(path, overwrite)
 
@@ -132,21 +132,22 @@ def graph(
     up: Axis | None = None,
     read_options: ReadOptions = ReadOptions(),
 ) -> Graph:
-    """Compares all moments of motions, and keeps where a figure can pass from one to another, as ``mocap graph`` does.
+    """Compares all frames of motions, and finds transitions between similar frames, as ``mocap graph`` does.
 
     Args:
         paths: The files, all of one skeleton, or of humanoids with ``on``.
         rate: Frames per second at which clips are compared.
-        window: The length of a moment, and of a transition, in seconds.
-        threshold: The largest distance at which a figure may pass, in metres.
-        whole: Keep transitions out of the largest strongly connected component too.
-        on: The file of a body on which all clips are put first.
-        unit: Unit of length of the clips, by name or as metres in one; what they say, else a guess, if ``None``.
-        up: The axis of the clips that points up; a guess if ``None``.
+        window: The length of the compared window, and of a transition, in seconds.
+        threshold: The largest distance of a transition, in metres.
+        whole: Also keep transitions outside the largest strongly connected component.
+        on: The file of a body to which all clips are retargeted first.
+        unit: Unit of length of the clips, as a name or in metres. ``None`` takes the unit that the files state, or else
+            infers it.
+        up: The up axis of the clips; ``None`` infers it.
         read_options: How to read.
 
     Raises:
-        MocapError: Where a file cannot be read, skeletons differ, or no two moments are so alike.
+        MocapError: If a file cannot be read, skeletons differ, or no frames are similar enough.
     """
     files = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     graphing: dict[str, Any] = {"rate": rate, "window": window, "threshold": threshold, "whole": whole}
@@ -156,6 +157,6 @@ def graph(
 
 
 def _space(unit: Unit | float | None, up: Axis | None) -> str:
-    """What is known of the space of files, as the native half reads it."""
+    """The unit and up axis of files, in the form of the native module."""
     known = {"unit": metres(unit), "up": up}
     return json.dumps({name: value for name, value in known.items() if value is not None})

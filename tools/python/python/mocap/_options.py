@@ -1,4 +1,4 @@
-"""Types and forms of options."""
+"""Types of options, and their conversion."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TimeRange = str | tuple[float | None, float | None]
 
 
 def part(*options: tuple[str, object]) -> dict[str, Any]:
-    """Objects in objects: options by their paths in them, without those that are not given."""
+    """Nests options by their paths, without absent options."""
     whole: dict[str, Any] = {}
     for path, value in options:
         if value is None or value is False:
@@ -37,7 +37,7 @@ def part(*options: tuple[str, object]) -> dict[str, Any]:
 
 
 def as_json(value: object) -> str:
-    """JSON for the native half: paths as text, and what NumPy has as numbers and lists."""
+    """JSON for the native module: paths become text, and values of NumPy become numbers and lists."""
     return json.dumps(value, default=_plain)
 
 
@@ -52,7 +52,7 @@ def _plain(value: Any) -> object:
 
 
 def time_range(given: TimeRange | None) -> str | None:
-    """A part of a motion as a job has it."""
+    """A part of a motion in the form of a job."""
     if given is None or isinstance(given, str):
         return given
     first, last = ("" if end is None else f"{end}" for end in given)
@@ -60,12 +60,12 @@ def time_range(given: TimeRange | None) -> str | None:
 
 
 def metres(unit: Unit | float | None) -> float | None:
-    """Metres in one unit, which may be a name or that number already."""
+    """The length of a unit in metres. The unit is a name, or already a number."""
     return _mocap.metres_in(unit) if isinstance(unit, str) else unit
 
 
 def weights_of(weights: Weights | None) -> dict[str, dict[str, float]]:
-    """Weights of solvers as a job has them."""
+    """The weights of solvers in the form of a job."""
     return {
         solver.replace("_", "-"): {name.replace("_", "-"): value for name, value in own.items()}
         for solver, own in (weights or {}).items()
@@ -73,5 +73,5 @@ def weights_of(weights: Weights | None) -> dict[str, dict[str, float]]:
 
 
 def names_of(bones: Bones | None) -> str | None:
-    """Names of joints for bones, as the native half reads them."""
+    """The names of joints for bones, in the form of the native module."""
     return None if bones is None else json.dumps(dict(bones))

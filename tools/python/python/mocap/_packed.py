@@ -1,4 +1,4 @@
-"""Packed clips, ``.mclip``: poses straight from some bytes."""
+"""Packed clips, ``.mclip``, from which single poses are decoded."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from ._scene import Scene, SceneLike, is_world, native_of
 
 
 class PackedClip:
-    """A motion in packed form, which gives its pose at any moment: what a game or a trainer keeps by the thousand.
+    """A compressed motion, from which the pose at any tick can be decoded. Games and training programs keep many of
+    them in memory.
 
     >>> clip = mocap.PackedClip.of(mocap.edit.prepare(mocap.read("walk.bvh")), max_error=0.001)  # doctest: +SKIP
     >>> len(clip.data), clip.pose(12.5).shape                                                    # doctest: +SKIP
@@ -31,7 +32,7 @@ class PackedClip:
         """Opens the bytes of a ``.mclip``.
 
         Raises:
-            MocapError: Where they are not a whole and valid packed clip.
+            MocapError: If the bytes are not a complete and valid packed clip.
         """
         self._native = _mocap.PackedClip(data)
 
@@ -45,7 +46,7 @@ class PackedClip:
             max_error: The largest distance of a joint from its position, in units of the scene.
 
         Raises:
-            MocapError: Where there is no motion, or ``max_error`` has no meaning.
+            MocapError: If there is no motion, or ``max_error`` is invalid.
         """
         return cls(_mocap.pack(native_of(scene), max_error).data())
 
@@ -54,8 +55,8 @@ class PackedClip:
         """Opens a ``.mclip`` file.
 
         Raises:
-            OSError: Where it cannot be opened.
-            MocapError: Where it is not a whole and valid packed clip.
+            OSError: If the file cannot be opened.
+            MocapError: If the file is not a complete and valid packed clip.
         """
         try:
             data = Path(path).read_bytes()
@@ -81,7 +82,7 @@ class PackedClip:
 
     @property
     def data(self) -> bytes:
-        """The bytes, as a ``.mclip`` file has them."""
+        """The bytes of the ``.mclip`` file."""
         return self._native.data()
 
     @property
@@ -91,12 +92,12 @@ class PackedClip:
 
     @property
     def parents(self) -> list[int]:
-        """Of each node the index of its parent, or -1."""
+        """The index of each node's parent, or -1."""
         return self._native.parents
 
     @property
     def frames(self) -> int:
-        """How many frames there are."""
+        """The number of frames."""
         return self._native.frames
 
     @property
@@ -106,14 +107,14 @@ class PackedClip:
 
     @property
     def ticks_per_second(self) -> float:
-        """Ticks in a second."""
+        """Ticks per second."""
         return self._native.ticks_per_second
 
     @property
     def max_error(self) -> float:
-        """How far a joint is from its position at most, in any frame, as the packer measured."""
+        """The largest distance of a joint from its original position in any frame."""
         return self._native.max_error
 
     def pose(self, tick: float, *, space: Literal["world", "local"] = "world") -> NDArray[np.float32]:
-        """The matrices of all nodes at a tick, as :meth:`Scene.pose` has them."""
+        """The matrices of all nodes at a tick, in the form of :meth:`Scene.pose`."""
         return self._native.pose_matrices(tick, is_world(space))

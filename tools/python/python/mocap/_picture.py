@@ -10,7 +10,7 @@ from ._errors import OptionError, of_file
 
 
 class Picture:
-    """A picture that a notebook shows, and that is saved as SVG or PNG: of :meth:`Scene.plot` or :meth:`Scene.sheet`."""
+    """A picture from :meth:`Scene.plot` or :meth:`Scene.sheet`. A notebook shows it; :meth:`save` writes SVG or PNG."""
 
     def __init__(self, native: _mocap.Picture) -> None:
         self._native = native
@@ -33,7 +33,7 @@ class Picture:
 
         Raises:
             OptionError: For another extension.
-            OSError: Where it cannot be written.
+            OSError: If the file cannot be written.
         """
         extension = Path(path).suffix.lower()
         if extension not in (".svg", ".png"):
@@ -52,7 +52,7 @@ def positive(name: str, value: int) -> int:
     """A number of pixels or poses.
 
     Raises:
-        OptionError: Where it is not above 0, or beyond what a picture can have.
+        OptionError: If the number is not above 0, or too large for a picture.
     """
     if not 0 < value < 1 << 31:
         raise OptionError(f"{name} must be above 0 and below {1 << 31}, got {value!r}")

@@ -1,4 +1,4 @@
-"""Points and other numbers that a caller gives, in single precision."""
+"""Converts points and other numbers of the caller to single precision."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ._errors import OptionError
 
 
 def numbers(value: ArrayLike, name: str, count: int) -> list[float]:
-    """So many finite numbers."""
+    """Checks a list of finite numbers with the expected length."""
     array = single(value)
     if array.shape != (count,) or not np.isfinite(array).all():
         raise OptionError(f"{name} must be {count} finite numbers, got {value!r}")
@@ -19,6 +19,6 @@ def numbers(value: ArrayLike, name: str, count: int) -> list[float]:
 
 def single(value: ArrayLike) -> NDArray[np.float32]:
     """Numbers in single precision."""
-    # What single precision does not have is infinite, and refused as such.
+    # Numbers too large for single precision become infinite, and are rejected.
     with np.errstate(over="ignore"):
         return np.asarray(value, np.float64).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Results that are dictionaries and lists, and print as lines and tables."""
+"""Results as dictionaries and lists that print as lines and tables."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# Values of a list that are shown, rows of a table, and characters of a value.
+# The largest number of shown list values, table rows, and characters of a value.
 _SHOWN_VALUES = 6
 _SHOWN_ROWS = 12
 _WIDEST = 80
 
 
 class Report(dict[str, Any]):
-    """What was done or found: a dictionary that prints as a line for each key, and as a table in a notebook."""
+    """A report: a dictionary that prints one line per key, and a table in a notebook."""
 
     def __repr__(self) -> str:
         return "\n".join(_lines(self)) or "nothing"
@@ -45,7 +45,7 @@ class Reports(list[Report]):
         return table + "".join(f"<p>{line}</p>" for line in self._rest())
 
     def _table(self) -> tuple[list[str], list[list[str]]]:
-        """The names of the columns, which are the plain values, and the cells of the rows that are shown."""
+        """The columns with plain values, and the cells of the shown rows."""
         plain = {key: None for row in self for key, value in row.items() if not isinstance(value, (dict, list))}
         columns = [key for key in plain if any(row.get(key) is not None for row in self)]
         shown = self[:_SHOWN_ROWS]
@@ -56,7 +56,7 @@ class Reports(list[Report]):
 
 
 class Columns(dict[str, NDArray[Any]]):
-    """Arrays by their names, which print as their types and shapes."""
+    """Arrays by name. They print as types and shapes."""
 
     def __repr__(self) -> str:
         return "\n".join(f"{name}: {array.dtype} {array.shape}" for name, array in self.items()) or "nothing"
@@ -72,7 +72,7 @@ def _lines(report: Mapping[str, Any], indent: str = "") -> Iterable[str]:
 
 
 def _short(value: Any) -> str:
-    """A value in a line."""
+    """A value as a short text."""
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, np.ndarray):
@@ -89,7 +89,7 @@ def _short(value: Any) -> str:
 
 
 def parsed(text: str) -> Any:
-    """What the native half says in JSON: objects are reports, and lists of them too."""
+    """Parses JSON of the native module. Objects become reports, and lists of objects become lists of reports."""
     return _listed(json.loads(text, object_hook=Report))
 
 

@@ -1,4 +1,4 @@
-"""Motions on other skeletons, and in the files of characters."""
+"""Retargets motions to other skeletons, and adds them to character files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Scale = Literal["auto", "none"] | float
 
 
 class Retargeted(NamedTuple):
-    """A skeleton with motions of another, and how well they are the same: a report for each motion, in degrees and metres."""
+    """Retargeted motions: the scene, and a quality report for each motion, in degrees and metres."""
 
     scene: Scene
     reports: Reports
@@ -41,29 +41,30 @@ def retarget(
     target_bones: Bones | None = None,
     weights: Weights | None = None,
 ) -> Retargeted:
-    """The motions of ``source`` on the skeleton of ``target``, in place of its own. Both are humanoids, of any names, rest
-    pose, unit and axes.
+    """Retargets the motions of ``source`` to the skeleton of ``target``, and drops the target's own motions. Both are
+    humanoids with any names, rest pose, unit and axes.
 
     >>> moved, reports = mocap.retarget("walk.bvh", "hero.glb")   # doctest: +SKIP
     >>> reports[0]["verdict"], reports[0]["mean_degrees"]         # doctest: +SKIP
     ('good', 0.01)
 
     Args:
-        source: A motion: a scene, or the path of a file. A rest pose in its first frame is left out.
+        source: A motion: a scene, or the path of a file. A rest pose in its first frame is dropped.
         target: A skeleton, likewise.
-        scale: Length of the steps: ``"auto"``, in the proportion of the legs; ``"none"``, as those of the source in metres;
-            or a factor.
-        feet: ``"lock"`` holds feet still while those of the source stand, where they would slide more.
-        hands: ``"keep"`` brings hands to where those of the source touch the body, each other or the floor.
-        bones: The names of joints of the source for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``; ``None``
-            for a bone that it does not have. :attr:`Scene.bones` has the guess.
-        target_bones: Those of the target, likewise. ``{"follow": {"FootIK.L": "leftFoot"}}`` lets a joint follow a
-            bone, or another joint, instead of its parent.
-        weights: The weights by which feet are held that differ from their defaults, as ``{"foot_lock": {"aim": 0.9}}``;
+        scale: Scale of the path: ``"auto"``, the ratio of the leg lengths; ``"none"``, unchanged in metres; or a
+            factor.
+        feet: ``"lock"`` holds a foot still while the source foot is in contact, if the foot would slide more than the
+            source foot.
+        hands: ``"keep"`` keeps the source's contacts of hands with the body, each other or the floor.
+        bones: The source joints of bones, to correct mocap's choice: ``{"leftFoot": "ankle_L"}``; ``None`` for an
+            absent bone. :attr:`Scene.bones` has mocap's choice.
+        target_bones: The same for the target. ``{"follow": {"FootIK.L": "leftFoot"}}`` makes a joint follow a bone or
+            another joint instead of its parent.
+        weights: Weights of the foot lock that differ from their defaults, such as ``{"foot_lock": {"aim": 0.9}}``;
             docs/weights.md lists them.
 
     Raises:
-        MocapError: Where one of the two is not a humanoid, with the reason.
+        MocapError: If the source or the target is not a humanoid; the message has the reason.
     """
     native, reports = _mocap.retarget(
         native_of(source),
@@ -93,8 +94,8 @@ def add_motions(
     target_bones: Bones | None = None,
     weights: Weights | None = None,
 ) -> Reports:
-    """Writes a glTF or VRM character with motions added, and returns a report for each. Everything else in the file stays as
-    it is, byte by byte.
+    """Writes a glTF or VRM character with added motions, and returns a report for each motion. All other bytes of the
+    file stay unchanged.
 
     >>> motions = {"walk": "walk.bvh", "run": mocap.read("run.bvh")}     # doctest: +SKIP
     >>> reports = mocap.add_motions(motions, "hero.vrm", "moving.vrm")   # doctest: +SKIP
@@ -102,22 +103,22 @@ def add_motions(
     Args:
         motions: Names and motions, each a scene or the path of a file.
         character: A ``.glb``, ``.gltf`` or ``.vrm`` file.
-        target: The file to write, of the same kind; it is whole or absent.
+        target: The file to write, in the same format. A failed call writes no partial file.
         scale: As for :func:`retarget`.
         feet: As for :func:`retarget`.
         hands: As for :func:`retarget`.
-        replace: Leave out the motions that the character has.
-        overwrite: Replace a file that may be somebody's source; the character is never replaced.
+        replace: Drop the character's own motions.
+        overwrite: Replace a file that may be a source. The character is never replaced.
         bones: As for :func:`retarget`, for all motions.
         target_bones: As for :func:`retarget`.
         weights: As for :func:`retarget`.
 
     Warns:
-        UserWarning: Where the character cannot show an expression, or the gaze, of a motion.
+        UserWarning: If the character cannot show an expression or the gaze of a motion.
 
     Raises:
-        MocapError: As :func:`retarget`, where the character cannot be read, and where ``target`` is the character or may be
-            somebody's source.
+        MocapError: As for :func:`retarget`, if the character cannot be read, or if ``target`` is the character or may
+            be a source.
     """
     named = [(name, native_of(motion)) for name, motion in motions.items()]
     reports, notes = _mocap.add_motions(

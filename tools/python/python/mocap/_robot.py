@@ -1,4 +1,4 @@
-"""Motions on robots."""
+"""Retargets motions to robots."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ class RobotMotion:
     """A motion of a robot with F frames and J joints; float64, in metres and radians, +Z up.
 
     Attributes:
-        fps: Frames a second.
-        root_pos: (F, 3): the base.
-        root_rot: (F, 4): x, y, z, w.
-        dof_pos: (F, J): the joints, within their limits.
+        fps: Frames per second.
+        root_pos: (F, 3): the position of the base.
+        root_rot: (F, 4): the rotation of the base, x, y, z, w.
+        dof_pos: (F, J): the positions of the joints, within their limits.
         dof_names: The names of the joints.
         contacts: bool, (F, 2): whether the left and the right foot of the source are at rest.
         qpos: (F, 7 + J): MuJoCo's order, with rotations as w, x, y, z.
-        report: How well the motion sits on the robot, and a verdict; empty for frames of a stream, which has one of its own.
+        report: The retargeting quality with a verdict. Empty for frames of a stream, which has its own report.
     """
 
     fps: float
@@ -49,17 +49,17 @@ class RobotMotion:
     def save(
         self, path: StrPath, to: RobotFormat | None = None, *, overwrite: bool = False
     ) -> None:
-        """Writes the motion, as ``mocap robot`` does: what was solved, whatever became of the arrays.
+        """Writes the solved motion, as ``mocap robot`` does. Changes of the arrays have no effect.
 
         Args:
             path: The file to write.
-            to: Its format; ``None`` for that of its extension, ``.npz``, ``.pkl`` or ``.csv``.
+            to: The format; ``None`` takes the format of the extension, ``.npz``, ``.pkl`` or ``.csv``.
             overwrite: Whether to replace a file that this package did not write.
 
         Raises:
-            MocapError: Where another file is there, or the file cannot be written.
-            ValueError: For a format that does not exist, for one whose readers expect another frame rate, for a motion that
-                came from another process, and for frames of a stream.
+            MocapError: If another program's file exists, or the file cannot be written.
+            ValueError: For an unknown format, for a format with another frame rate, for a motion from another process,
+                and for frames of a stream.
         """
         if self._clip is None:
             reason = "the frames of a stream, and a motion that was pickled, have their arrays alone"
@@ -83,7 +83,7 @@ class Robot:
     ('good', (218, 29))
 
     Raises:
-        MocapError: Where the file cannot be read.
+        MocapError: If the file cannot be read.
     """
 
     @public
@@ -98,7 +98,7 @@ class Robot:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name of the robot."""
         return self._native.name
 
     @property
@@ -120,27 +120,27 @@ class Robot:
         bones: Bones | None = None,
         weights: Weights | None = None,
     ) -> RobotMotion:
-        """The first motion of a scene on the robot.
+        """Retargets the first motion of a scene to the robot.
 
         Args:
             source: A motion of a humanoid, a scene or the path of a file, with any names, rest pose, unit and axes.
-            fps: Frames a second; ``None`` for those of the source.
-            feet: ``"lock"`` holds feet still while those of the source stand.
-            velocity_limits: With one pass, whether joints keep within the velocities of the robot's file, too.
-            passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window together, so that
-                joints move smoothly, within their velocities and without jumps.
-            floor: Where the floor is: ``"auto"``, under the feet that stand, so that one that stands a little too high comes
-                down; ``"z=0"``, at height 0 of the source's file; ``"keep"``, where the source has it in the mean, with no
-                height changed.
-            map: The names of links for bones, where the guess is wrong: ``{"leftFoot": "left_ankle_link"}``; ``None`` for
-                a bone that the robot does not have.
-            bones: The names of joints of the source for bones, likewise.
-            weights: The weights of solvers that differ from their defaults, as ``{"robot": {"hand": 1.0}}`` or
+            fps: Frames per second; ``None`` takes the rate of the source.
+            feet: ``"lock"`` holds feet still while the source feet are in contact.
+            velocity_limits: With one pass, whether joints also stay within the velocity limits of the robot's file.
+            passes: 1 solves frame by frame, which is faster. 2 then solves all frames of a window together, so that
+                joints move smoothly within their velocity limits.
+            floor: The height of the floor. ``"auto"``: under the feet in contact, so that a slightly raised foot is
+                lowered; ``"z=0"``: height 0 of the source's file; ``"keep"``: the mean floor of the source, without a
+                change of heights.
+            map: The links of bones, to correct mocap's choice: ``{"leftFoot": "left_ankle_link"}``; ``None`` for an
+                absent bone.
+            bones: The same for the joints of the source.
+            weights: Weights of solvers that differ from their defaults, such as ``{"robot": {"hand": 1.0}}`` or
                 ``{"foot_lock": {"aim": 0.9}}``; docs/weights.md lists them.
 
         Raises:
-            MocapError: Where the source or the robot is not a humanoid, with the reason, and for a name that is none.
-            ValueError: Where ``passes`` is neither 1 nor 2, and for a ``floor`` that there is not.
+            MocapError: If the source or the robot is not a humanoid, or if a name is unknown.
+            ValueError: If ``passes`` is neither 1 nor 2, or ``floor`` is unknown.
         """
         names = (names_of(map), names_of(bones), as_json(weights_of(weights)))
         arrays, report, clip = self._native.retarget(native_of(source), fps, _locks(feet), velocity_limits, passes, floor, *names)
@@ -159,7 +159,7 @@ class Robot:
         bones: Bones | None = None,
         weights: Weights | None = None,
     ) -> RobotStream:
-        """Begins a motion that comes pose by pose.
+        """Begins to retarget a live motion, pose by pose.
 
         >>> stream = robot.stream(skeleton, fps=60)                              # doctest: +SKIP
         >>> for pose in poses:                                                   # doctest: +SKIP
@@ -167,9 +167,10 @@ class Robot:
         ...         send(frame.qpos[0])
 
         Args:
-            source: The skeleton of the poses, and a motion of it that shows where its floor is, if there is one.
-            fps: Poses a second, from 1 to 1000; ``None`` for the rate of the motion of ``source``.
-            feet: As for :meth:`retarget`, and so are the others. With one pass frames come 0.1 s later, with two 0.6 s.
+            source: The skeleton of the poses. If the scene has a motion, it determines the floor.
+            fps: Poses per second, from 1 to 1000; ``None`` takes the rate of the motion of ``source``.
+            feet: This argument and the others are as for :meth:`retarget`. With one pass the delay is 0.1 s, with two
+                passes 0.6 s.
         """
         names = (names_of(map), names_of(bones), as_json(weights_of(weights)))
         native = native_of(source)
@@ -178,7 +179,8 @@ class Robot:
 
 
 class RobotStream:
-    """A motion on a robot while it comes: poses in, frames out, :attr:`delay` seconds later. :meth:`Robot.stream` begins one."""
+    """Retargets a stream of poses to a robot, with a delay of :attr:`delay` seconds. :meth:`Robot.stream` begins a
+    stream."""
 
     def __init__(self, dof_names: list[str], native: _mocap.RobotStream) -> None:
         self.dof_names = dof_names
@@ -189,18 +191,18 @@ class RobotStream:
 
     @property
     def delay(self) -> float:
-        """How many seconds later a frame is given back."""
+        """The delay of a frame in seconds."""
         return self._native.delay
 
     def push(self, pose: ArrayLike) -> RobotMotion | None:
-        """Takes the next pose, and gives back the frame whose time has come, a motion of one frame; ``None`` at first.
+        """Takes the next pose. Returns the finished frame as a motion of one frame, or ``None`` at first.
 
         Args:
-            pose: The matrix of each node of the skeleton to its parent, (nodes, 4, 4), as ``Scene.pose(tick, space="local")``
-                gives them.
+            pose: The matrix of each node relative to its parent, (nodes, 4, 4), as from ``Scene.pose(tick,
+                space="local")``.
 
         Raises:
-            ValueError: For another shape, and where a number is not finite.
+            ValueError: If the shape is wrong, or a number is not finite.
         """
         matrices = np.ascontiguousarray(pose, np.float32)
         expected = (self._native.nodes, 4, 4)
@@ -212,12 +214,12 @@ class RobotStream:
         return None if arrays is None else self._frames(arrays)
 
     def finish(self) -> RobotMotion:
-        """The frames that are left, at the end. Poses that come afterwards go on from there."""
+        """Returns the remaining frames at the end. Later poses continue the stream."""
         return self._frames(self._native.finish())
 
     @property
     def report(self) -> Report | None:
-        """How well the frames of the last 30 s sit on the robot; ``None`` before the first frame."""
+        """The quality of the frames of the last 30 s; ``None`` before the first frame."""
         report = self._native.report()
         return None if report is None else parsed(report)
 

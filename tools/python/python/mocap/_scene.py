@@ -1,4 +1,4 @@
-"""A scene, and its motion as arrays."""
+"""Scenes, and their motions as arrays."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ._picture import Picture, positive
 from ._points import numbers
 from ._report import Columns, Report, parsed
 
-# A notebook keeps what it shows: a longer page is not put into it unasked.
+# A notebook stores its outputs, so do not embed a larger page by default.
 _LARGEST_CELL = 20_000_000
 
 
@@ -37,13 +37,13 @@ class Motion:
 
     Attributes:
         positions: float32, (F, J, 3): x, y, z in the unit and the axes of the output.
-        rotations: float32, (F, J, 4), (F, J, 6), (F, J, 3, 3) or (F, J, 3), as ``Options.rot`` says.
-        velocities: float32, (F, J, 3), units a second; ``None`` unless asked for.
-        contacts: bool, (F, J): whether a foot stands on the ground; ``None`` unless asked for.
+        rotations: float32, (F, J, 4), (F, J, 6), (F, J, 3, 3) or (F, J, 3); see ``Options.rot``.
+        velocities: float32, (F, J, 3), in units per second; ``None`` unless requested.
+        contacts: bool, (F, J): whether a foot is in contact with the ground; ``None`` unless requested.
         names: The names of the joints; they may repeat.
         parents: int32, (J,): indices into ``names``; -1 for a joint without a parent.
-        offsets: float32, (J, 3): from the parent at rest, in its axes, in the unit of the output.
-        frame_rate: Frames per second; 0 where there is no motion.
+        offsets: float32, (J, 3): rest offsets from the parents, in the axes of the parents and the unit of the output.
+        frame_rate: Frames per second; 0 without a motion.
         header_json: ``header`` as JSON.
     """
 
@@ -68,13 +68,14 @@ class Motion:
 
     @cached_property
     def header(self) -> Report:
-        """What the numbers mean and where they come from: unit, axes, joints, source file, decisions, steps."""
+        """The meaning and the origin of the numbers: unit, axes, joints, source file, decisions, steps."""
         header: Report = parsed(self.header_json)
         return header
 
 
 class Scene:
-    """What a file holds: a graph of nodes, and how they move. Made by :func:`mocap.read`; it never changes."""
+    """The contents of a file: a tree of nodes and its motions. :func:`mocap.read` makes a scene. A scene never
+    changes."""
 
     def __init__(self, native: _mocap.Scene) -> None:
         self._native = native
@@ -88,7 +89,7 @@ class Scene:
         return _unpickled, (self._native.state(),)
 
     def to_html(self, name: str | None = None) -> str:
-        """A page with a player, the one of ``mocap view``; it needs no network, and nothing beside itself.
+        """A page with the player of ``mocap view``. The page works offline and without other files.
 
         Args:
             name: What the motion is called; the name of its file if ``None``.
@@ -97,16 +98,16 @@ class Scene:
 
     @public
     def show(self, path: StrPath | None = None) -> Any:
-        """Shows the motion in a player: in the cell of a notebook, elsewhere in a browser.
+        """Shows the motion in a player: in the cell of a notebook, or else in a browser.
 
         Args:
-            path: A file to write the page to in place of that.
+            path: A file to write the page to, instead of showing it.
 
         Returns:
-            What a notebook displays as the value of a cell; ``None`` elsewhere.
+            The page for the notebook cell; ``None`` outside a notebook.
 
         Raises:
-            OSError: Where the page cannot be written.
+            OSError: If the page cannot be written.
         """
         page = self.to_html()
         if path is not None:
@@ -132,27 +133,28 @@ class Scene:
 
     @public
     def plot(self, *joints: str, name: str | None = None, width: int = 960) -> Picture:
-        """Curves of joints over time: the position in the world, and the rotation to the parent in degrees.
+        """Draws curves of joints over time: the position in the world, and the rotation relative to the parent in
+        degrees.
 
         >>> scene.plot("LeftFoot", "RightFoot").save("feet.svg")  # doctest: +SKIP
 
         Args:
-            joints: The names of the joints; the root if there are none.
+            joints: The names of the joints; without names, the root.
             name: What the motion is called in it; the name of its file if ``None``.
             width: In pixels.
 
         Raises:
-            OptionError: Where no joint has a name, with those that there are.
+            OptionError: If no joint has a name; the message lists the joints.
         """
         named = list(joints) or [node.name for node in self.nodes[:1]]
         return Picture(_mocap.plot(self._native, self._name(name), named, positive("width", width)))
 
     @public
     def sheet(self, *, poses: int = 8, name: str | None = None, width: int = 1600) -> Picture:
-        """Poses over time in a row, with the path of the root, as ``mocap sheet`` draws them.
+        """Draws poses over time in a row, with the path of the root, as ``mocap sheet`` does.
 
         Args:
-            poses: How many.
+            poses: The number of poses.
             name: What the motion is called in it; the name of its file if ``None``.
             width: In pixels.
         """
@@ -164,27 +166,26 @@ class Scene:
 
     @public
     def figure(self, bones: Bones | None = None) -> Report:
-        """What the file leaves open, and what is known or guessed of it: each with a confidence and a reason.
+        """The properties that the file does not state, such as unit, axes and bones, each with confidence and reason.
 
         Keys: ``survey`` with ``unit``, ``up`` and ``frame_rate``; ``up`` and ``facing`` of the body; ``rest_pose``;
         ``asymmetry``; and ``humanoid`` with ``found``, ``reason`` and ``bones``, in each of which ``joint`` is an index of
         :attr:`nodes`.
 
         Args:
-            bones: The names of joints for bones that are known: ``{"leftFoot": "ankle_L"}``; ``None`` for a bone that
-                there is not.
+            bones: The joints of known bones: ``{"leftFoot": "ankle_L"}``; ``None`` for an absent bone.
 
         Raises:
-            MocapError: Where no joint has a name that is given.
+            MocapError: If no joint has a given name.
         """
         figure: Report = parsed(self._native.figure(names_of(bones)))
         return figure
 
     @property
     def bones(self) -> dict[str, str]:
-        """Which joint is which bone of a humanoid, by the names of VRM; empty where the skeleton is none.
+        """The joint of each humanoid bone, by the names of VRM; empty if the skeleton is not a humanoid.
 
-        ``bones=`` of the functions that need bones takes such a dictionary, or those of its entries that were mended.
+        The argument ``bones=`` of other functions takes such a dictionary, or only the corrected entries.
 
         >>> scene.bones["leftFoot"]  # doctest: +SKIP
         'LeftFoot'
@@ -195,7 +196,7 @@ class Scene:
 
     @property
     def nodes(self) -> list[_mocap.Node]:
-        """The nodes, depth-first: parents stand before their children.
+        """The nodes, depth-first: parents precede their children.
 
         Each has ``name``, ``kind`` (``"joint"``, ``"end_site"`` or ``"group"``), ``parent`` (an index in this list or
         ``None``), ``offset`` (x, y, z to the parent at rest, in the file's unit) and ``rotation_order`` (such as
@@ -207,9 +208,9 @@ class Scene:
 
     @property
     def clips(self) -> list[str]:
-        """The names of the clips (animations) of the file, in its order. Every function takes the first one.
+        """The names of the clips (animations), in the order of the file. Every function uses the first clip.
 
-        :meth:`clip` takes another one, and ``mocap.read(path, clip="run")`` reads it alone.
+        :meth:`clip` selects another clip, and ``mocap.read(path, clip="run")`` reads only that clip.
 
         >>> mocap.read("hero.glb").clips  # doctest: +SKIP
         ['idle', 'run', 'walk']
@@ -218,15 +219,15 @@ class Scene:
 
     @public
     def clip(self, clip: int | str) -> Scene:
-        """The scene with one of its clips alone.
+        """The scene with only one of its clips.
 
         >>> run = scene.clip("run")  # doctest: +SKIP
 
         Args:
-            clip: Its name, or its number from 0.
+            clip: The name of the clip, or its number from 0.
 
         Raises:
-            MocapError: Where there is no such clip, with those that there are.
+            MocapError: If there is no such clip; the message lists the clips.
         """
         if isinstance(clip, int) and clip < 0:
             raise OptionError(f"clip must be a number from 0, got {clip}")
@@ -234,22 +235,22 @@ class Scene:
 
     @property
     def frames(self) -> int:
-        """How many frames there are."""
+        """The number of frames."""
         return self._native.frames
 
     @property
     def frame_rate(self) -> float:
-        """Frames per second; 0 where there is no motion."""
+        """Frames per second; 0 without a motion."""
         return self._native.frame_rate
 
     @property
     def warnings(self) -> list[str]:
-        """What the reader read around, each as its code and a sentence."""
+        """The warnings of the reader, each as code and sentence."""
         return self._native.warnings
 
     @property
     def metadata(self) -> Report:
-        """Where the scene comes from, and what was decided when it was read."""
+        """The origin of the scene, and the decisions of the reader."""
         metadata: Report = parsed(self._native.metadata_json)
         return metadata
 
@@ -258,14 +259,15 @@ class Scene:
         """The matrices of all nodes at a tick, float32, (nodes, 4, 4), for column vectors.
 
         Args:
-            tick: Unit of time; in BVH a frame. Between two frames it is interpolated, outside the nearest end holds.
-            space: ``"world"`` for node to world, ``"local"`` for node to parent.
+            tick: The time in ticks; in BVH a tick is a frame. Poses between two frames are interpolated. Ticks outside
+                the motion give the first or last pose.
+            space: ``"world"`` for matrices relative to the world, ``"local"`` relative to the parents.
         """
         return self._native.pose_matrices(tick, is_world(space))
 
     @public
     def chain(self, joint: str, tick: float = 0.0, *, point: ArrayLike | None = None) -> Report:
-        """The matrices from the root to a joint, T = J0 L1 J1 L2 J2 ..., each apart.
+        """The separate matrices from the root to a joint, T = J0 L1 J1 L2 J2 ...
 
         Keys: ``chain``, whose entries have ``symbol`` (``"J0"``, ``"L1"``), ``joint``, ``node``, ``matrix`` and ``product``,
         the product so far, as rows; a J also has ``order`` and ``degrees``, its angles in this order, positive
@@ -276,11 +278,11 @@ class Scene:
 
         Args:
             joint: The name of a joint or an end site.
-            tick: As of :meth:`pose`.
+            tick: As for :meth:`pose`.
             point: A point attached to the joint, in its axes and in the unit of the scene.
 
         Raises:
-            MocapError: Where no joint has this name.
+            MocapError: If no joint has this name.
         """
         local = None if point is None else numbers(point, "point", 3)
         chain: Report = parsed(self._native.chain(joint, tick, local))
@@ -288,21 +290,21 @@ class Scene:
 
     @takes_fields
     def to_numpy(self, options: Options = Options(), **changes: Unpack[OptionChanges]) -> Motion:
-        """The motion as arrays. Takes :class:`Options`, fields of it by name, or both.
+        """The motion as arrays. Takes :class:`Options`, its fields by name, or both.
 
         >>> motion = scene.to_numpy(rot="6d", space="world", fps=30)  # doctest: +SKIP
         >>> motion.positions.shape, motion.rotations.shape  # doctest: +SKIP
         ((300, 31, 3), (300, 31, 6))
 
         Raises:
-            MocapError: Where an option has no meaning, such as a pattern that no joint's name matches.
-            TypeError: Where there is no such option.
+            MocapError: If an option is invalid, such as a pattern that no joint's name matches.
+            TypeError: If there is no such option.
         """
         return Motion(**self._native.arrays(changed(options, changes).to_json()))
 
     @public
     def to_smpl(self, layout: Literal["smplx", "amass", "kimodo", "soma", "mhr", "humanml3d"] = "smplx") -> Columns:
-        """The motion of a humanoid in a layout of SMPL-X, SOMA or MHR, as ``docs/arrays.md`` describes it.
+        """The motion of a humanoid in a layout of SMPL-X, SOMA or MHR; see ``docs/arrays.md``.
 
         Rotations are those from the T-pose, of 55 joints; fingers begin at a flat hand; ``rest_joints`` has the joints of
         the body itself. ``humanml3d`` has one array, ``"vectors"``: 263 numbers a frame, at 20 frames a second.
@@ -311,7 +313,7 @@ class Scene:
         (300, 63)
 
         Raises:
-            MocapError: Where no humanoid is found, or there is no motion; and for another layout.
+            MocapError: If no humanoid is found, or there is no motion; and for another layout.
         """
         loaded = np.load(io.BytesIO(self._native.smpl(layout)))
         if isinstance(loaded, np.ndarray):
@@ -319,7 +321,7 @@ class Scene:
         return Columns({name: loaded[name] for name in loaded.files})
 
     def joint_angles(self) -> Columns:
-        """The angles of the joints of a humanoid as the International Society of Biomechanics defines them.
+        """The joint angles of a humanoid by the definitions of the International Society of Biomechanics.
 
         A column of ``float64`` for each name, in degrees: ``hip_flexion_r``, ``knee_angle_l``, ...; ``time`` is in seconds,
         and ``pelvis_tx``, ``pelvis_ty``, ``pelvis_tz`` in metres. ``docs/biomechanics.md`` defines every column.
@@ -329,7 +331,7 @@ class Scene:
         61.2
 
         Raises:
-            MocapError: Where no humanoid is found, or there is no motion.
+            MocapError: If no humanoid is found, or there is no motion.
         """
         rate, names, values = self._native.joint_angles()
         table = values.reshape(-1, len(names))
@@ -341,18 +343,18 @@ class Scene:
         Their units, with the events and the force plates of the file, are in :attr:`recorded`.
 
         Raises:
-            MocapError: Where the file has none.
+            MocapError: If the file has none.
         """
         return self._time_series(of_ground=False)
 
     def ground_forces(self) -> Columns:
-        """The forces of the ground on the body, by the force plates of a C3D file, in newtons and metres, +Y up.
+        """The ground reaction forces of the force plates of a C3D file, in newtons and metres, +Y up.
 
         For plate 1 ``ground_force_1_vx`` ... is the force, ``ground_force_1_px`` ... the centre of pressure,
         ``ground_moment_1_mx`` ... the free moment, as OpenSim names them; ``time`` is in seconds.
 
         Raises:
-            MocapError: Where the file has no force plates of a known type.
+            MocapError: If the file has no force plates of a known type.
         """
         return self._time_series(of_ground=True)
 
@@ -363,16 +365,16 @@ class Scene:
 
     @property
     def recorded(self) -> Report | None:
-        """What a C3D file has beside markers: ``events`` with ``time`` in seconds, ``channels`` and ``plates``.
+        """The data of a C3D file besides markers: ``events`` with ``time`` in seconds, ``channels`` and ``plates``.
 
-        ``None`` for files that have nothing of it.
+        ``None`` for files without such data.
         """
         recorded: Report | None = parsed(self._native.recorded())
         return recorded
 
     @property
     def solved(self) -> Report | None:
-        """How well a skeleton that was solved from markers explains them.
+        """The residuals of a skeleton that was solved from markers.
 
         Keys: ``markers``, ``rms_of_seconds``, ``joints`` with lengths and deviations in metres, and ``swaps``; ``None`` for
         other scenes.
@@ -389,7 +391,7 @@ class Scene:
         ``deviation`` and ``count``, or is ``None``.
 
         Raises:
-            MocapError: Where no humanoid is found, or no foot makes a stride.
+            MocapError: If no humanoid is found, or no foot makes a stride.
         """
         gait: Report = parsed(self._native.gait())
         return gait
@@ -406,7 +408,7 @@ class Scene:
         ``ey`` ``ez``), and where asked for ``vx``, ``vy``, ``vz`` and ``contact``.
 
         Raises:
-            MocapError: As :meth:`to_numpy`.
+            MocapError: As for :meth:`to_numpy`.
         """
         return self._native.arrow(changed(options, changes, "clip").to_json(), clip)
 
@@ -416,12 +418,12 @@ SceneLike: TypeAlias = Scene | str | os.PathLike[str]
 
 
 def native_of(motion: SceneLike) -> _mocap.Scene:
-    """The scene of a motion, which is read where it is a path."""
+    """The scene of a motion. A path is read first."""
     return motion._native if isinstance(motion, Scene) else _mocap.read(motion, ReadOptions())
 
 
 class _Page:
-    """A page in the cell of a notebook, in a frame of its own."""
+    """A page in a notebook cell, in its own iframe."""
 
     def __init__(self, page: str) -> None:
         self._page = page
@@ -430,21 +432,21 @@ class _Page:
         return f"<a player of {len(self._page) / 1e6:.1f} MB, which a notebook shows>"
 
     def _repr_html_(self) -> str:
-        # What stands in the frame has neither the notebook's rights nor its style.
+        # The contents of the iframe have neither the notebook's permissions nor its style.
         style = "width:100%;height:560px;border:0"
         page = html.escape(self._page, quote=True)
         return f'<iframe sandbox="allow-scripts allow-downloads" style="{style}" srcdoc="{page}"></iframe>'
 
 
 def is_world(space: str) -> bool:
-    """Whether a space is the world, not that of the parent."""
+    """Whether a space is ``"world"`` and not ``"local"``."""
     if space not in ("world", "local"):
         raise OptionError(f"space must be world or local, got {space!r}")
     return space == "world"
 
 
 def _in_notebook() -> bool:
-    # A notebook has imported it.
+    # In a notebook, IPython is already imported.
     loaded: Any = sys.modules.get("IPython")
     shell = loaded.get_ipython() if loaded is not None else None
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})

@@ -1,4 +1,4 @@
-"""What every frame of many motions does, and what of it is like another motion."""
+"""Databases of motions, and the search for similar parts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ _FEATURES = 27
 
 
 class Database:
-    """Clips with the features of their frames, 60 a second, over all skeletons. ``docs/search.md`` has the features.
+    """Clips with the features of their frames, at 60 frames per second, for all skeletons. ``docs/search.md`` lists the
+    features.
 
     >>> database = mocap.index(["walk.bvh", "dance.bvh"])                            # doctest: +SKIP
     >>> database.find("walk.bvh", 1.0, 2.5)[0]["file"]                               # doctest: +SKIP
@@ -35,7 +36,7 @@ class Database:
         """Reads an ``.mdb`` file, which ``mocap index`` or :meth:`write` wrote.
 
         Raises:
-            MocapError: Where the file is cut, damaged, or of another version.
+            MocapError: If the file is cut off, damaged, or of another version.
         """
         return cls(_mocap.read_database(path))
 
@@ -50,8 +51,8 @@ class Database:
 
     @property
     def clips(self) -> Reports:
-        """Of each clip its ``row`` in a survey, whether it is ``mirrored`` and ``packed``, when it begins in its file, and its
-        frames: so many (``frames``) from ``first`` on."""
+        """The clips. Each has its ``row`` in a survey, whether it is ``mirrored`` and ``packed``, its begin in the
+        file, its number of ``frames``, and its ``first`` frame."""
         return Reports(parsed(self._native.clips_json()))
 
     @property
@@ -61,7 +62,8 @@ class Database:
 
     @property
     def contacts(self) -> npt.NDArray[np.uint8]:
-        """What of the feet is at rest in each frame: 1 and 2 the left and the right ankle, 4 and 8 the balls, added up."""
+        """The parts of the feet at rest in each frame: the sum of 1 and 2 for the left and right ankle, 4 and 8 for the
+        balls."""
         return self._native.contacts()
 
     @public
@@ -78,23 +80,23 @@ class Database:
         mirror: bool = True,
         where: str | None = None,
     ) -> Reports:
-        """The parts of clips that are most like a part of a motion, the best first: ``file``, ``clip``, ``first`` and ``last``
-        in seconds, ``distance``, ``mirrored``, ``pace``.
+        """Finds the parts of clips most similar to a part of a motion, the best first: ``file``, ``clip``, ``first``
+        and ``last`` in seconds, ``distance``, ``mirrored``, ``pace``.
 
         Args:
             scene: The motion, a scene or the path of a file, on any skeleton.
-            first: The first second of the part; its begin where it is left out.
-            last: The last second.
-            pose: Whether the pose at ``first`` is looked for, and not a part.
+            first: The begin of the part in seconds; by default the begin of the motion.
+            last: The end of the part in seconds.
+            pose: Whether to search the pose at ``first`` instead of a part.
             animation: The number of the animation, from 0.
             count: Largest number of results.
             per_clip: Largest number of results from one take: a clip and its near-duplicates are one take. None is any
                 number.
             mirror: Whether results may match the mirror image.
-            where: Look at the clips for which this holds, as ``"walking > 0.5"``.
+            where: Search only clips that fulfil this condition, such as ``"walking > 0.5"``.
 
         Raises:
-            MocapError: Where the motion is none of a humanoid, or the part is not in it, and for an invalid ``where``.
+            MocapError: If the motion is not a humanoid's, the part is outside the motion, or ``where`` is invalid.
             ValueError: For ``pose`` without ``first``.
         """
         if pose and first is None:
@@ -108,7 +110,7 @@ class Database:
         """Writes the file, ``.mdb``.
 
         Raises:
-            MocapError: Where it would replace somebody's source, or one of the files that were indexed.
+            MocapError: If the output would replace an indexed file or a file that may be a source.
         """
         self._native.write(path, overwrite)
 
@@ -121,16 +123,16 @@ def index(
     pack: bool = False,
     read_options: ReadOptions = ReadOptions(),
 ) -> Database:
-    """Makes a database of files, as ``mocap index`` does of many on all cores.
+    """Makes a database of files, as ``mocap index`` does.
 
     Args:
         paths: The files.
-        mirror: Whether the database has the mirror image of each motion too.
-        pack: Whether the motions themselves are within, as packed clips.
+        mirror: Whether the database also has the mirror image of each motion.
+        pack: Whether the database includes the motions, as packed clips.
         read_options: How to read.
 
     Raises:
-        MocapError: Where a file cannot be read, or has no motion of a humanoid with two feet.
+        MocapError: If a file cannot be read, or has no motion of a humanoid with two feet.
     """
     files = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     return Database(_mocap.index(files, mirror, pack, read_options))

@@ -1,4 +1,4 @@
-"""Steps as values, and how they are applied."""
+"""Edit steps as values, and their application."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Point = Sequence[float]
 
 
 class Edited(NamedTuple):
-    """A changed scene, and what was changed."""
+    """An edited scene, with the report of the changes."""
 
     scene: Scene
     report: Report
@@ -36,14 +36,14 @@ class Edited(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """A step of ``mocap edit`` and its options, as :func:`mocap.edit.smooth.step` and its sisters make it.
+    """A step of ``mocap edit`` with its options. :func:`mocap.edit.smooth.step` and similar functions make steps.
 
     >>> step = mocap.edit.Step("smooth", {"cut_off": 8})    # doctest: +SKIP
     >>> walk, report = step(walk)                           # doctest: +SKIP
 
     Attributes:
-        name: Its name, as ``docs/editing.md`` lists them.
-        options: Its options by name; an option that is ``None``, or is not there, has its default.
+        name: The name of the step; ``docs/editing.md`` lists the names.
+        options: The options by name. An absent option, or ``None``, means the default.
         other: The second motion of a concat, a blend or a layer.
         bones: The names of joints for bones, where the guess is wrong.
     """
@@ -58,7 +58,7 @@ class Step:
         return apply(scene, self)
 
     def to_dict(self) -> dict[str, object]:
-        """The step as a job has it, without its second motion, which a job names in ``source.with``."""
+        """The step in the form of a job, without its second motion, which a job names in ``source.with``."""
         given = {key: value for key, value in self.options.items() if value is not None}
         return {"step": self.name, **given}
 
@@ -67,7 +67,7 @@ P = ParamSpec("P")
 
 
 class StepFunction(Protocol[P]):
-    """A function that applies a step to a scene, or with ``step`` makes the step alone."""
+    """A function that applies a step to a scene. Its method ``step`` only makes the step."""
 
     __name__: str
 
@@ -75,11 +75,11 @@ class StepFunction(Protocol[P]):
         """Applies the step to a scene."""
 
     def step(self, *args: P.args, **kwargs: P.kwargs) -> Step:
-        """The step, to be applied later."""
+        """Makes the step for later use."""
 
 
 def step_function(make: Callable[P, Step]) -> StepFunction[P]:
-    """The function that applies what ``make`` makes, and has it as ``step``."""
+    """Makes a function that applies the step of ``make``, with ``make`` as its method ``step``."""
 
     step = public(make)
 
@@ -113,8 +113,8 @@ def apply(
 
     Args:
         scene: A motion, or the path of one, which is read and prepared as :func:`mocap.edit.prepare` does.
-        step: Its name and its options; an option that is ``None`` has its default.
-        other: The second motion of a concat, a blend or a layer; that of the :class:`Step` if ``None``.
+        step: The name and the options; an option that is ``None`` has its default.
+        other: The second motion of a concat, a blend or a layer; ``None`` takes the motion of the :class:`Step`.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     if isinstance(step, Step):
@@ -136,16 +136,16 @@ def apply_all(
     *,
     bones: Bones | None = None,
 ) -> tuple[Scene, Reports]:
-    """Applies steps in their order, and returns the scene with a report for each step. Bones are found once for all.
+    """Applies steps in order. Returns the scene and a report for each step. The bones are found only once.
 
     Args:
         scene: As for :func:`apply`.
         steps: As for :func:`apply`.
-        others: The second motions of those steps that take one and are no :class:`Step` with one, in their order.
+        others: The second motions of the steps that take one, in order, except for a :class:`Step` with its own.
         bones: As for :func:`apply`, for all steps.
 
     Raises:
-        UnknownOptionError: Where a :class:`Step` has bones of its own; give them here.
+        UnknownOptionError: If a :class:`Step` has its own bones; pass bones here.
     """
     waiting = list(others)
     motions: list[SceneLike] = []
@@ -166,7 +166,8 @@ def apply_all(
 
 
 def prepared(motion: SceneLike) -> _mocap.Scene:
-    """A scene as it is; a file as the program changes it: in metres with +Y up, without a rest pose in its first frame."""
+    """Returns a scene unchanged. A file is read and prepared as the program does: in metres with +Y up, without a rest
+    pose in the first frame."""
     native = native_of(motion)
     return native if isinstance(motion, Scene) else _mocap.prepare(native, None, None, None)
 
@@ -195,7 +196,7 @@ def _text(steps: object) -> str:
 
 
 def _plain(value: Any) -> object:
-    """Numbers and arrays of NumPy."""
+    """Converts numbers and arrays of NumPy."""
     if hasattr(value, "tolist"):
         return value.tolist()
     raise WrongTypeError(f"an option of a step cannot be {type(value).__name__}: {value!r}")
@@ -204,7 +205,7 @@ def _plain(value: Any) -> object:
 def step_of(
     name: str, *, other: SceneLike | None = None, bones: Bones | None = None, **options: object
 ) -> Step:
-    """The step of a name, with the options that are given."""
+    """Makes the step with this name and the given options."""
     given = {key: value for key, value in options.items() if value is not None}
     return Step(name, given, other, bones)
 
@@ -215,7 +216,7 @@ def target_of(to: str | Point | None) -> object:
 
 
 def path_points(points: Sequence[Sequence[float]] | None) -> list[dict[str, object]] | None:
-    """Points over the ground as a step has them: two coordinates, or before them a time."""
+    """Points over the ground in the form of a step: two coordinates, optionally after a time."""
 
     def point(numbers: Sequence[float]) -> dict[str, object]:
         at: dict[str, object] = {"at": [float(number) for number in numbers[-2:]]}

@@ -1,4 +1,4 @@
-"""What is wrong with many motions, which are alike, which to choose."""
+"""Surveys a dataset: defects, near-duplicates, a diverse subset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ._report import Reports, parsed
 
 
 class Survey:
-    """A row for each clip of many files: what it is, what is wrong with it and where, which others it repeats.
+    """A row for each clip of many files: measures, defects with their frames, and near-duplicates.
 
     ``docs/survey-columns.md`` has the columns and the kinds of defects.
     """
@@ -47,7 +47,7 @@ class Survey:
 
     @property
     def problem(self) -> str | None:
-        """Which clips are as bad as ``fail_on`` says; ``None`` where none is."""
+        """The clips with the verdict ``fail_on`` or worse; ``None`` without such clips."""
         return self._native.problem
 
     def to_arrow(self) -> ArrowTable:
@@ -56,12 +56,12 @@ class Survey:
 
     @public
     def write(self, path: StrPath, *, overwrite: bool = False) -> None:
-        """Writes the rows to ``.csv``, ``.json``, ``.jsonl``, ``.parquet`` or ``.txt`` (the files alone), the page that shows
-        the corpus to ``.html``, the findings to ``.sarif``.
+        """Writes a file by its extension: the rows to ``.csv``, ``.json``, ``.jsonl``, ``.parquet`` or ``.txt`` (only
+        the file names), a page about the corpus to ``.html``, the findings to ``.sarif``.
 
         Args:
-            path: The file to write, which must not be one of those that were surveyed.
-            overwrite: Whether to replace a file that may be somebody's source.
+            path: The file to write. It must not be a surveyed file.
+            overwrite: Whether to replace a file that may be a source.
 
         Raises:
             MocapError: For another extension, and where the file cannot be written. A package without the feature
@@ -90,23 +90,24 @@ def survey(
     'good'
 
     Args:
-        paths: Files and folders; of a folder every file at any depth that has the extension of a format. A ``.jsonl`` file is
-            what a former survey wrote.
+        paths: Files and folders. Folders are searched recursively for files with the extension of a format. A
+            ``.jsonl`` file is the output of an earlier survey.
         where: Keep the rows for which this is true, such as ``"skate < 1 and not twin"``.
-        select: Keep so many clips, or so many per cent, as ``"3%"``, which are as different as can be.
-        split: Split the clips into parts of these fractions, as ``(0.8, 0.1, 0.1)``: ``split`` of a row is ``"train"``,
-            ``"validation"`` or ``"test"``.
-        by: By what to select, where ``"quality"`` leaves out bad clips and near-duplicates first; by default quality and
-            diversity. Or what to keep in one part of a split, by default ``"near-duplicate"``.
-        threshold: The amount from which a clip is bad by a kind of defect, or suspect and bad; infinity turns a kind off.
-        fail_on: ``problem`` says which clips are so bad.
-        records: Lines of :func:`examine`, as they came from other processes, in place of ``paths``.
+        select: Keep this number of clips, or a percentage such as ``"3%"``, as different as possible.
+        split: Split the clips into parts of these fractions, such as ``(0.8, 0.1, 0.1)``: ``split`` of a row is
+            ``"train"``, ``"validation"`` or ``"test"``.
+        by: How to select: ``"quality"`` first drops bad clips and near-duplicates; the default is quality and
+            diversity. Or which clips a split keeps together; the default is ``"near-duplicate"``.
+        threshold: For a kind of defect, the amount from which a clip is bad, or two amounts for suspect and bad.
+            Infinity disables the kind.
+        fail_on: ``problem`` names the clips with this verdict or a worse one.
+        records: Lines of :func:`examine` from other processes, instead of ``paths``.
         read_options: How to read.
 
     Raises:
         MocapError: For an invalid expression, threshold or record. A file that cannot be read is a row with an
             ``error``.
-        ValueError: Where neither ``paths`` nor ``records`` has anything.
+        ValueError: If ``paths`` and ``records`` are both empty.
     """
     lines = list(records)
     files = files_of([paths] if isinstance(paths, (str, os.PathLike)) else paths)
@@ -127,10 +128,11 @@ def examine(
     threshold: Mapping[str, float | tuple[float, float]] | None = None,
     read_options: ReadOptions = ReadOptions(),
 ) -> list[str]:
-    """Examines files in memory, names and bytes given: a line of JSON for each clip, which :func:`survey` takes as
-    ``records``, or a ``.jsonl`` file holds.
+    """Examines files in memory. Returns a line of JSON for each clip, for ``records`` of :func:`survey` or for a
+    ``.jsonl`` file.
 
-    This is what to map over the batches of Ray Data, Spark or Dask; twins, the map and the choice come from all lines together.
+    Map this function over the batches of Ray Data, Spark or Dask. :func:`survey` then finds near-duplicates, the map
+    and the selection from all lines together.
     """
     return _mocap.examine(list(files), json.dumps({"threshold": _thresholds(threshold)}), read_options)
 
@@ -143,7 +145,8 @@ def _thresholds(threshold: Mapping[str, float | tuple[float, float]] | None) -> 
 
 
 def files_of(paths: Iterable[StrPath], *more: str) -> list[str]:
-    """The files of paths, those of folders in the order of their names: of the extensions that are read, and of ``more``."""
+    """The files of paths. Files of folders are sorted by name, and have a readable extension or an extension in
+    ``more``."""
     known = tuple(f".{extension}" for extension in (*_mocap.extensions(), *more))
     files: list[str] = []
     for path in map(Path, paths):

@@ -1,4 +1,4 @@
-"""Changes of a motion, each with a report of what it changed and by how much: the steps of ``mocap edit``.
+"""The steps of ``mocap edit``. Each function edits a motion, and reports what changed and by how much.
 
 >>> import mocap, mocap.edit
 >>> walk = mocap.edit.prepare(mocap.read("walk.bvh"))       # doctest: +SKIP
@@ -6,17 +6,17 @@
 >>> report["largest_rotation"]                              # degrees    # doctest: +SKIP
 4.25
 
-Each function makes a :class:`Step` too, which can be kept, compared, pickled, and put into the ``steps`` of a job:
+Each function can also make a :class:`Step`, which can be stored, compared, pickled, and used in the ``steps`` of a job:
 
 >>> gentle = [mocap.edit.smooth.step(cut_off=8), mocap.edit.foot_lock.step()]      # doctest: +SKIP
 >>> walk, reports = mocap.edit.apply_all(walk, gentle)                             # doctest: +SKIP
 
-A scene never changes: a function returns a new one. Lengths in options and reports are in metres whatever the unit of
-the scene, times in seconds, angles in degrees. What is not given has the default of the program; ``docs/editing.md`` says
-what each step does. The steps stand in ``scene.metadata["steps"]``, and in the glTF file that :func:`write` makes.
+A scene never changes: each function returns a new scene. Lengths in options and reports are in metres for any unit of
+the scene, times in seconds, angles in degrees. Absent options have the defaults of the program; ``docs/editing.md``
+describes each step. ``scene.metadata["steps"]`` and the glTF file of :func:`write` record the steps.
 
-Every function raises :class:`mocap.MocapError` where an option is not valid, or where a step needs a humanoid and
-the skeleton is not one.
+Every function raises :class:`mocap.MocapError` if an option is not valid, or if the step needs a humanoid and the
+skeleton is not a humanoid.
 """
 
 from __future__ import annotations
@@ -57,13 +57,14 @@ def prepare(
     up: Axis | None = None,
     bones: Bones | None = None,
 ) -> Scene:
-    """The scene in metres with +Y up, without a rest pose in its first frame, as the program changes it.
+    """Converts a scene to metres with +Y up and drops a rest pose in its first frame, as the program does.
 
     Args:
         scene: A motion, or the path of one.
-        unit: Its unit of length, by name or as metres in one; what the file says, else a guess, if ``None``.
-        up: Its axis that points up; a guess if ``None``.
-        bones: The names of joints for bones, where the guess is wrong; unit and axis are guessed from the bones.
+        unit: The unit of length, as a name or in metres. ``None`` takes the unit that the file states, or else infers
+            it.
+        up: The up axis; ``None`` infers it.
+        bones: The joints of bones, to correct mocap's choice. Unit and axis are inferred from the bones.
     """
     return Scene(_mocap.prepare(native_of(scene), metres(unit), up, names_of(bones)))
 
@@ -72,7 +73,7 @@ def prepare(
 def warp_time(
     moments: Sequence[tuple[float, float]] | None = None, *, speed: float | None = None
 ) -> Step:
-    """Moves moments: pairs of a time and the time at which it is to be. Or all at a ``speed``."""
+    """Moves times: ``moments`` are pairs of a time and its new time. Or changes the ``speed`` of the whole motion."""
     if (moments is None) == (speed is None):
         raise UnknownOptionError("give either moments or a speed")
     return step_of("warp", moments=moments, speed=speed)
@@ -83,7 +84,7 @@ def warp_path(
     points: Sequence[tuple[float, float] | tuple[float, float, float]],
     facing: Literal["along", "kept"] = "along",
 ) -> Step:
-    """Bends the way over the ground to ``points``: two coordinates in metres, or before them a time in seconds."""
+    """Bends the path over the ground to ``points``: two coordinates in metres, optionally after a time in seconds."""
     return step_of("warp", path=path_points(points), facing=facing)
 
 
@@ -105,9 +106,9 @@ def contacts(
     gap: float | None = None,
     bones: Bones | None = None,
 ) -> Report:
-    """When the feet are at rest, and the hands if asked: for each point ``at_rest``, frame by frame.
+    """Finds the contacts of the feet, and optionally of the hands: ``at_rest`` for each point and frame.
 
-    The other options are those of :func:`foot_lock`.
+    The other options are as for :func:`foot_lock`.
     """
     options = dict(hands=hands, height=height, speed=speed, release=release, shortest=shortest, gap=gap)
     given = {key: value for key, value in options.items() if value is not None}

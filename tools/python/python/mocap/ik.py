@@ -1,10 +1,10 @@
-"""Inverse kinematics: limbs and chains that reach for a goal, in one pose.
+"""Inverse kinematics: moves the ends of limbs and chains to a goal, in one pose.
 
 >>> from mocap import ik
 >>> ik.two_bone([[0, 1, 0], [0, 0.5, 0.1], [0, 0, 0]], goal=[0.2, 0.3, 0]).distance  # doctest: +SKIP
 0.0
 
-:func:`mocap.edit.reach` and :func:`mocap.edit.pin` do it over a part of a motion.
+:func:`mocap.edit.reach` and :func:`mocap.edit.pin` apply inverse kinematics over a part of a motion.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ __all__ = ["Bent", "Chain", "TwoBone", "bend", "chain", "two_bone"]
 
 
 class TwoBone(NamedTuple):
-    """What two bones come to.
+    """The result for two bones.
 
     Attributes:
         middle: The joint between them.
         end: The end.
-        upper: How the first bone turns in the world: x, y, z, w.
-        lower: How the second turns in the world; it contains ``upper``.
-        distance: What is left to the goal: 0 within reach, but for rounding.
+        upper: The rotation of the first bone in the world: x, y, z, w.
+        lower: The rotation of the second bone in the world; it includes ``upper``.
+        distance: The remaining distance to the goal: 0 within reach, except for rounding.
     """
 
     middle: NDArray[np.float32]
@@ -44,14 +44,14 @@ class TwoBone(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """The positions that a chain comes to, (joints, 3), and what is left to the goal."""
+    """The positions of a chain, (joints, 3), and the remaining distance to the goal."""
 
     positions: NDArray[np.float32]
     distance: float
 
 
 class Bent(NamedTuple):
-    """The matrices of a pose, (nodes, 4, 4), and what is left to the goal."""
+    """The matrices of a pose, (nodes, 4, 4), and the remaining distance to the goal."""
 
     matrices: NDArray[np.float32]
     distance: float
@@ -59,12 +59,13 @@ class Bent(NamedTuple):
 
 @public
 def two_bone(joints: ArrayLike, goal: ArrayLike, *, pole: ArrayLike | None = None) -> TwoBone:
-    """Two bones that reach for a goal, as an arm or a leg does. Out of reach they are straight towards it.
+    """Moves the end of two bones, such as an arm or a leg, to a goal. If the goal is out of reach, the bones are
+    straight towards the goal.
 
     Args:
-        joints: The positions of the first joint, of the one between the bones, and of the end, (3, 3).
-        goal: Where the end is to come.
-        pole: A position towards which the middle bends; as it bends now if ``None``.
+        joints: The positions of the first joint, the middle joint and the end, (3, 3).
+        goal: The goal of the end.
+        pole: A position towards which the middle joint bends; ``None`` keeps the current direction.
     """
     solved = _mocap.two_bone(
         _points(joints, "joints", 3), _point(goal, "goal"), None if pole is None else _point(pole, "pole")
@@ -76,12 +77,13 @@ def two_bone(joints: ArrayLike, goal: ArrayLike, *, pole: ArrayLike | None = Non
 
 @public
 def chain(positions: ArrayLike, goal: ArrayLike, *, tolerance: float = 1e-4) -> Chain:
-    """A chain of any number of bones that reaches for a goal; the first joint and the lengths stay (FABRIK).
+    """Moves the end of a chain with any number of bones to a goal by FABRIK. The first joint and the bone lengths stay
+    constant.
 
     Args:
         positions: From the first joint to the end, (joints, 3).
-        goal: Where the end is to come.
-        tolerance: How near is near enough.
+        goal: The goal of the end.
+        tolerance: The largest accepted distance from the goal.
     """
     moved, distance = _mocap.chain(_points(positions, "positions"), _point(goal, "goal"), tolerance)
     return Chain(np.array(moved, np.float32), distance)
@@ -98,7 +100,7 @@ def bend(
     pole: ArrayLike | None = None,
     space: Literal["world", "local"] = "world",
 ) -> Bent:
-    """The pose of a scene at a tick, with joints turned so that the last of them comes to a goal.
+    """The pose of a scene at a tick, with joints turned so that the last joint reaches a goal.
 
     >>> arm = ["LeftArm", "LeftForeArm", "LeftHand"]               # doctest: +SKIP
     >>> ik.bend(scene, 30, arm, goal=[0.3, 1.2, 0.4]).distance      # doctest: +SKIP
@@ -106,15 +108,16 @@ def bend(
 
     Args:
         scene: A scene, or the path of a file.
-        tick: The moment, as for :meth:`Scene.pose`.
-        joints: Names or indices, each above the next. Three bend as a limb, any other number as a chain.
-        goal: Where the last is to come, in the world, in the unit of the scene.
-        rotation: The rotation that the last is to have in the world: x, y, z, w.
-        pole: Of three joints: a position towards which the middle bends.
+        tick: The time, as for :meth:`Scene.pose`.
+        joints: Names or indices. Each joint is an ancestor of the next. Three joints bend as a limb, any other number
+            as a chain.
+        goal: The goal of the last joint, in the world, in the unit of the scene.
+        rotation: The wanted rotation of the last joint in the world: x, y, z, w.
+        pole: For three joints: a position towards which the middle joint bends.
         space: What the matrices are relative to, as for :meth:`Scene.pose`.
 
     Raises:
-        OptionError: Where there is no such joint, or one is not above the next.
+        OptionError: If there is no such joint, or a joint is not an ancestor of the next.
     """
     native = native_of(scene)
     names = [node.name for node in native.nodes]

@@ -1,4 +1,4 @@
-"""Windows of motions for training: a data set that PyTorch's ``DataLoader`` takes.
+"""Windows of motions for training, as a dataset for PyTorch's ``DataLoader``.
 
 >>> from torch.utils.data import DataLoader                                          # doctest: +SKIP
 >>> from mocap.torch import Windows                                                  # doctest: +SKIP
@@ -6,7 +6,7 @@
 >>> for batch in DataLoader(train, batch_size=32, shuffle=True):                     # doctest: +SKIP
 ...     loss = model(batch["features"], batch["mask"])
 
-PyTorch is imported where a window becomes tensors, and nowhere else: :meth:`Windows.arrays` has the same in NumPy.
+PyTorch is only imported when a window becomes tensors. :meth:`Windows.arrays` returns NumPy arrays without PyTorch.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ __all__ = ["Statistics", "Windows"]
 Feature = Literal["positions", "rotations", "velocities", "contacts"]
 Source: TypeAlias = Scene | PackedClip | str | os.PathLike[str]
 
-# A column that varies less is constant but for rounding: it is not divided.
+# A column that varies less is constant except for rounding, and is not divided.
 _SMALLEST_DEVIATION = 1e-6
 
 
 class Statistics(NamedTuple):
-    """Mean and standard deviation of each column over the frames of all clips, and how many frames these are."""
+    """Mean and standard deviation of each column over the frames of all clips, and the number of frames."""
 
     mean: NDArray[np.float32]
     std: NDArray[np.float32]
@@ -54,10 +54,10 @@ class Statistics(NamedTuple):
         """Writes the statistics as ``.npz``.
 
         Raises:
-            OSError: Where the file cannot be written.
+            OSError: If the file cannot be written.
         """
         try:
-            # Whole or absent: another process may read it.
+            # The file is complete or absent, because another process may read it.
             beside = Path(f"{os.fspath(path)}.{os.getpid()}.tmp")
             with open(beside, "wb") as file:
                 np.savez(file, mean=self.mean, std=self.std, frames=np.array(self.frames))
@@ -70,8 +70,8 @@ class Statistics(NamedTuple):
         """Reads what :meth:`save` wrote.
 
         Raises:
-            OSError: Where the file cannot be opened.
-            OptionError: Where it has no statistics.
+            OSError: If the file cannot be opened.
+            OptionError: If the file has no statistics.
         """
         try:
             with np.load(path, allow_pickle=False) as loaded:
@@ -86,8 +86,8 @@ class Windows:
     """Windows of a fixed number of frames over motions of one skeleton.
 
     A window is a dictionary: ``features``, float32 (length, columns); ``mask``, bool (length,), false where a window is
-    padded; ``clip``, an index of :attr:`names`, and ``first``, its first frame. The columns of a frame are its features,
-    one after the other, joint by joint.
+    padded; ``clip``, an index of :attr:`names`, and ``first``, its first frame. The columns of a frame are the features
+    in order, each joint by joint.
     """
 
     @public
@@ -108,25 +108,25 @@ class Windows:
         """Reads the motions.
 
         Args:
-            motions: Scenes, packed clips, files, folders of files, and ``.parquet`` files of ``mocap pack`` (these need
-                pyarrow, and have their arrays as they were packed).
-            length: Frames of a window.
-            stride: Frames from one window of a clip to the next; ``length`` if ``None``.
-            features: What the columns are.
-            options: How arrays are made: frame rate, rotations, unit, axes, joints.
-            padding: What happens where a clip does not fill its last window: ``"drop"`` leaves the frames out; ``"edge"``
+            motions: Scenes, packed clips, files, folders of files, and ``.parquet`` files of ``mocap pack``. Parquet
+                files need pyarrow, and keep the options with which they were packed.
+            length: The number of frames of a window.
+            stride: The number of frames from one window of a clip to the next; ``None`` means ``length``.
+            features: The features in the columns.
+            options: The options of the arrays: frame rate, rotations, unit, axes, joints.
+            padding: The handling of a last window that the clip does not fill: ``"drop"`` drops the frames; ``"edge"``
                 repeats the last frame; ``"zero"`` fills with zeros. Padded frames are false in the mask.
             normalize: Subtract the mean of each column, and divide by its standard deviation. Contacts stay 0 and 1.
-            statistics: Those of other windows, such as ``train.statistics``; or a file, which is read where it is there,
-                and written where it is not. ``None`` computes them from these motions.
-            seed: Shifts every window by a random number of frames below ``stride``, another one in each epoch:
+            statistics: The statistics of other windows, such as ``train.statistics``; or a file, which is read if it
+                exists, and else written. ``None`` computes the statistics from these motions.
+            seed: Shifts every window by a random number of frames below ``stride``, different in each epoch; see
                 :meth:`set_epoch`. ``None`` shifts nothing.
-            cache: A folder for the arrays of files and for their statistics. A file that did not change is not read again,
-                and arrays are mapped into memory instead of loaded.
+            cache: A folder for the arrays and statistics of files. Unchanged files are not read again, and arrays are
+                mapped into memory instead of loaded.
 
         Raises:
-            OptionError: Where there is no window, or motions have different skeletons.
-            MocapError: Where a file cannot be read.
+            OptionError: If there is no window, or the motions have different skeletons.
+            MocapError: If a file cannot be read.
         """
         if length < 1:
             raise OptionError(f"length must be at least 1, got {length}")
@@ -182,7 +182,7 @@ class Windows:
         """A window as tensors.
 
         Raises:
-            ImportError: Where PyTorch is not installed.
+            ImportError: If PyTorch is not installed.
         """
         torch = importlib.import_module("torch")
         window = self.arrays(index)
@@ -193,9 +193,10 @@ class Windows:
         return (self[index] for index in range(len(self)))
 
     def set_epoch(self, epoch: int) -> None:
-        """Chooses other shifts of the windows, where there is a ``seed``: the same ones for the same epoch.
+        """With a ``seed``, chooses other shifts of the windows. Equal epochs give equal shifts.
 
-        Call it before the loader begins an epoch. Workers that stay between epochs (``persistent_workers``) do not see it.
+        Call this method before the loader begins an epoch. Workers that stay alive between epochs
+        (``persistent_workers``) do not notice the call.
         """
         self.epoch = epoch
 
@@ -220,14 +221,14 @@ class Windows:
         return {"features": np.ascontiguousarray(frames, np.float32), "mask": mask, "clip": number, "first": first}
 
     def restored(self, features: Any) -> Any:
-        """Features of windows, or of a model, in their units: the inverse of the normalization."""
+        """Converts features of windows, or of a model, back to their units: the inverse of the normalization."""
         return features * self.statistics.std + self.statistics.mean if self._normalize else features
 
     def _firsts(self, frames: int) -> range:
         """The first frames of the windows of a clip."""
         if self.padding == "drop":
             return range(0, frames - self.length + 1, self.stride)
-        # The last one is the first that reaches the end.
+        # The last window is the first window that reaches the end.
         last = -(-max(frames - self.length, 0) // self.stride) * self.stride
         return range(0, last + 1 if frames else 0, self.stride)
 
@@ -244,7 +245,7 @@ class Windows:
 
 
 class _Layout(NamedTuple):
-    """What the columns of a clip are."""
+    """The columns of a clip."""
 
     names: tuple[str, ...]
     rate: float
@@ -262,7 +263,7 @@ class _Layout(NamedTuple):
 
 
 class _Clip:
-    """The frames of a clip, in memory or in a file that is mapped."""
+    """The frames of a clip, in memory or in a mapped file."""
 
     def __init__(self, table: NDArray[np.float32] | Path, frames: int, key: str) -> None:
         self._table = table
@@ -270,7 +271,7 @@ class _Clip:
         self.key = key
 
     def frames_of(self, first: int, count: int) -> NDArray[np.float32]:
-        # Mapped anew: a map does not travel to the workers of a loader.
+        # Map the file again, because a mapping cannot be sent to the workers of a loader.
         table = np.load(self._table, mmap_mode="r") if isinstance(self._table, Path) else self._table
         part: NDArray[np.float32] = table[first : first + count]
         return part
@@ -289,11 +290,11 @@ class _Maker:
             cache.mkdir(parents=True, exist_ok=True)
 
     def path(self, *parts: str) -> Path | None:
-        """The file of the cache for what follows from these parts."""
+        """The file of the cache for these key parts."""
         if self.cache is None or "" in parts:
             return None
         text = json.dumps([parts, self.features, self.options.to_json()])
-        # No extension of a motion: the folder may be among those that are read.
+        # Use no extension of a motion, because the folder may be among the inputs.
         return self.cache / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.cached"
 
     def clips(self, motions: Source | Iterable[Source]) -> Iterator[tuple[str, _Clip, _Layout]]:
@@ -344,7 +345,7 @@ class _Maker:
         return name, _Clip(table, len(table), ""), layout
 
     def _of_part(self, path: str) -> Iterator[tuple[str, _Clip, _Layout]]:
-        """The rows of a file of ``mocap pack``, but for those of files that could not be read."""
+        """The rows of a file of ``mocap pack``, without rows of unreadable files."""
         parquet = importlib.import_module("pyarrow.parquet")
         try:
             file = parquet.ParquetFile(path)
@@ -366,14 +367,14 @@ class _Maker:
 
 
 def _numbers(values: Any) -> NDArray[np.float32]:
-    """The numbers of a list of Arrow, or of a list of lists of one length."""
+    """The numbers of an Arrow list, or of a list of lists with equal lengths."""
     if hasattr(values, "flatten") and hasattr(values.type, "list_size"):
         values = values.flatten()
     return np.asarray(values.to_numpy(zero_copy_only=False), np.float32)
 
 
 def _save(path: Path, write: Any) -> None:
-    """Writes a file whole or not at all."""
+    """Writes a complete file or nothing."""
     beside = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         with open(beside, "wb") as file:
@@ -404,7 +405,7 @@ def _measured(clips: Sequence[_Clip], contacts: slice | None) -> Statistics:
 
 
 def _difference(name: str, own: _Layout, first: str, layout: _Layout) -> str:
-    """Why two clips have no common columns."""
+    """The reason why two clips have different columns."""
     if own.names != layout.names:
         what = f"{len(own.names)} joints, and {first} {len(layout.names)}"
         if len(own.names) == len(layout.names):
