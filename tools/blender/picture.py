@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws a character with a motion, retargeted by the extension, from two sides, and the imported motion beside it.
+"""Draws a character with a retargeted motion from two sides, and the imported motion beside it.
 
     PYTHON tools/blender/picture.py HERO.glb MOTION OUTPUT.png MOCAP.zip
 
@@ -18,7 +18,7 @@ SAMPLES = 16
 
 
 def tube(armature, bone):
-    """Something to see of a bone."""
+    """Makes a visible mesh for a bone."""
     length = bone.length
     bpy.ops.mesh.primitive_cone_add(vertices=8, radius1=length / 8, radius2=length / 40, depth=length)
     cone = bpy.context.object

@@ -1,4 +1,4 @@
-"""mocap in Blender: motion files as armatures with actions, retargeting in place, cleaning, foot locks, loops."""
+"""mocap in Blender: imports motion files as armatures with actions, retargets, cleans, locks feet, and makes loops."""
 
 from __future__ import annotations
 

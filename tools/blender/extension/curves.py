@@ -1,4 +1,4 @@
-"""Actions: f-curves of bones in the ways of Blender 4.2 (one list) and of Blender 4.4 and later (layers and slots)."""
+"""Actions: f-curves of bones for Blender 4.2 (one list), and for Blender 4.4 and later (layers and slots)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ class Track(NamedTuple):
 
     bone: str
     path: str
-    """``location``, ``scale``, or the rotation of the bone's own mode."""
+    """``location``, ``scale``, or the rotation property of the bone's mode."""
     values: np.ndarray
-    """(frames, 3 or 4); one row for a value that stays."""
+    """(frames, 3 or 4); one row for a constant value."""
 
 
 def new_action(name: str, owner: bpy.types.Object) -> bpy.types.Action:
-    """A new action, with a slot for an object where Blender has slots."""
+    """Makes an action, with a slot for an object if this version of Blender has slots."""
     action = bpy.data.actions.new(name)
     if hasattr(action, "slots"):
         action.slots.new(id_type="OBJECT", name=owner.name)
@@ -31,7 +31,7 @@ def new_action(name: str, owner: bpy.types.Object) -> bpy.types.Action:
 
 
 def assign(owner: bpy.types.Object, action: bpy.types.Action) -> None:
-    """Makes an action that of an object."""
+    """Assigns an action to an object."""
     animation = owner.animation_data_create()
     animation.action = action
     if hasattr(animation, "action_slot") and animation.action_slot is None:
@@ -39,7 +39,7 @@ def assign(owner: bpy.types.Object, action: bpy.types.Action) -> None:
 
 
 def write(action: bpy.types.Action, owner: bpy.types.Object, tracks: Iterable[Track], frames: range) -> None:
-    """Writes the transforms of bones into the slot of an object, in place of those of the same bones."""
+    """Writes the transforms of bones to the slot of an object, replacing the curves of the same bones."""
     tracks = list(tracks)
     holder = _holder(action, owner)
     ours = {_path(track.bone, name) for track in tracks for name in _TRANSFORMS}
@@ -49,7 +49,7 @@ def write(action: bpy.types.Action, owner: bpy.types.Object, tracks: Iterable[Tr
     for track in tracks:
         if track.bone not in groups:
             groups[track.bone] = holder.groups.new(track.bone)
-        # A value that stays has keys at both ends, so that the action is as long as the motion.
+        # A constant value gets keys at both ends, so that the action is as long as the motion.
         times = np.array(frames if len(track.values) == len(frames) else [frames[0], frames[-1]], dtype=np.float64)
         for index, column in enumerate(np.broadcast_to(track.values, (len(times), track.values.shape[1])).T):
             curve = holder.fcurves.new(_path(track.bone, track.path), index=index)
@@ -66,7 +66,7 @@ def _path(bone: str, name: str) -> str:
 
 
 def _holder(action: bpy.types.Action, owner: bpy.types.Object) -> Any:
-    """What has the f-curves: the action itself in Blender 4.2 and 4.3, then the channels of a slot."""
+    """The owner of the f-curves: the action in Blender 4.2 and 4.3, the channels of a slot in later versions."""
     if not hasattr(action, "layers"):
         return action
     animation = owner.animation_data

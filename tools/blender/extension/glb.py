@@ -1,4 +1,4 @@
-"""Armatures as glTF files, in which mocap takes them, and the rest pose of glTF files that mocap writes."""
+"""Writes armatures as glTF files for mocap, and reads the rest pose of glTF files from mocap."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Skin(NamedTuple):
     """Vertices that nodes move."""
 
     positions: np.ndarray
-    """In the world at rest, (vertices, 3)."""
+    """The rest positions in the world, (vertices, 3)."""
     nodes: np.ndarray
-    """Four nodes of each vertex, (vertices, 4)."""
+    """The four nodes of each vertex, (vertices, 4)."""
     weights: np.ndarray
     """Their weights, (vertices, 4)."""
 
@@ -29,9 +29,9 @@ class Tree(NamedTuple):
 
     names: list[str]
     parents: list[int]
-    """Of each node the index of its parent, or -1."""
+    """The index of each node's parent, or -1."""
     world: np.ndarray
-    """Of each node the matrix to the world at rest, (nodes, 4, 4)."""
+    """The rest matrix of each node relative to the world, (nodes, 4, 4)."""
 
 
 def write(path: Path, tree: Tree, poses: np.ndarray, frame_rate: float, skin: Skin | None) -> None:
@@ -62,7 +62,7 @@ def write(path: Path, tree: Tree, poses: np.ndarray, frame_rate: float, skin: Sk
         "skins": [{"joints": list(range(1, len(nodes))), "inverseBindMatrices": buffer.add(inverse, "MAT4")}],
     }
     if skin is not None:
-        # mocap reads the vertices of triangles; which triangles does not matter.
+        # mocap only reads the vertices of triangles, so any triangles will do.
         skin = Skin(*(np.concatenate([part, part[-1:].repeat(-len(part) % 3, axis=0)]) for part in skin))
         attributes = {
             "POSITION": buffer.add(skin.positions, "VEC3"),
@@ -143,7 +143,7 @@ def _animation(buffer: _Buffer, tree: Tree, poses: np.ndarray, frame_rate: float
 
 
 def _transforms(tree: Tree, world: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Translations, rotations (x, y, z, w) and scales of nodes to their parents."""
+    """Translations, rotations (x, y, z, w) and scales of nodes relative to their parents."""
     places = [Matrix(place) for place in world]
     above = (places[parent].inverted_safe() if parent >= 0 else Matrix() for parent in tree.parents)
     parts = [(up @ place).decompose() for up, place in zip(above, places)]

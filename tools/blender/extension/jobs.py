@@ -1,4 +1,4 @@
-"""Motions that mocap makes: every operator is a job of mocap, as the command line has it."""
+"""Runs jobs of mocap. Every operator runs a job of the command line."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Clip:
     name: str
     frame_rate: float
     poses: np.ndarray
-    """Of each frame the matrices of the nodes to the world, (frames, nodes, 4, 4), in metres with +Y up."""
+    """The world matrices of the nodes in each frame, (frames, nodes, 4, 4), in metres with +Y up."""
 
 
 @dataclass
 class Outcome:
-    """What a job made."""
+    """The result of a job."""
 
     tree: glb.Tree
     joints: list[int]
@@ -38,13 +38,13 @@ class Outcome:
 
 @contextmanager
 def folder() -> Iterator[Path]:
-    """A folder for the files of a job, which is removed afterwards."""
+    """A temporary folder for the files of a job."""
     with tempfile.TemporaryDirectory(prefix="mocap-", ignore_cleanup_errors=True) as path:
         yield Path(path)
 
 
 def run(job: Mapping[str, Any], output: Path) -> Outcome:
-    """Does a job whose output is a .glb, and reads that.
+    """Runs a job whose output is a .glb, and reads the output.
 
     Raises:
         mocap.MocapError: Where the job fails.
@@ -53,7 +53,8 @@ def run(job: Mapping[str, Any], output: Path) -> Outcome:
     scene = mocap.read(output, hash=False)
     nodes = scene.nodes
     tree, are_skinned = glb.rest_pose(output)
-    # The node that holds the mesh of a character is no node of its scene. The scene has the names of the source.
+    # The last node of the file holds the mesh of a character, and is not part of the scene. The scene has the names of
+    # the source.
     tree = glb.Tree([node.name for node in nodes], tree.parents[: len(nodes)], tree.world[: len(nodes)])
     joints = [
         index for index, node in enumerate(nodes) if node.kind == "joint" and not node.face and are_skinned[index]

@@ -1,4 +1,4 @@
-"""What the panel does: import, retarget, clean, foot lock, loop. Each operator does all or changes nothing."""
+"""The operators of the panel: import, retarget, clean, foot lock, loop. If an operator fails, it changes nothing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _RATES = (
     ("SET", "Set the Scene's", "The scene takes the frame rate of the file, and every frame of the file gets a key"),
     ("KEEP", "Keep the Scene's", "The motion is resampled to the frame rate of the scene, at the same speed"),
 )
-# A frame rate that is nearer to a whole number is this number.
+# A frame rate within this distance of a whole number is rounded.
 _WHOLE = 1e-3
 
 
@@ -40,7 +40,7 @@ class _Operator:
         return {"FINISHED"}
 
     def make(self, context: bpy.types.Context) -> None:
-        """Does it; raises before anything has changed."""
+        """Runs the operator. Errors are raised before anything has changed."""
         raise NotImplementedError
 
     def tell(self, told: Sequence[str]) -> None:
@@ -49,7 +49,7 @@ class _Operator:
     def file_of(
         self, armature: bpy.types.Object, scene: bpy.types.Scene, folder: Path, name: str, poses: np.ndarray
     ) -> Path:
-        """Writes an armature, with its poses in frames, as a file that a job takes."""
+        """Writes an armature with its poses in frames, as the input file of a job."""
         path = folder / f"{name}.glb"
         self.names[str(path)] = f"armature {armature.name!r}"
         tree = rig.tree_of(armature, scene)
@@ -58,19 +58,19 @@ class _Operator:
 
 
 class _FilesOperator(_Operator, ImportHelper):
-    """An operator on files of the file browser, or dropped into the window."""
+    """An operator on files from the file browser, or on dropped files."""
 
     directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
     filter_glob: StringProperty(default=";".join(f"*.{one}" for one in EXTENSIONS), options={"HIDDEN"})
     unit: StringProperty(
         name="Unit",
-        description="Unit of length of the files: m, cm, mm, inch, cmu, or metres in one unit; guessed if empty",
+        description="Unit of length of the files: m, cm, mm, inch, cmu, or a length in metres; inferred if empty",
     )
     up: EnumProperty(
         name="Up",
-        description="Axis of the files that points up",
-        items=[("AUTO", "Automatic", "As the file says, else guessed"), ("y", "+Y", ""), ("z", "+Z", "")],
+        description="Up axis of the files",
+        items=[("AUTO", "Automatic", "The axis that the file states, or else inferred"), ("y", "+Y", ""), ("z", "+Z", "")],
     )
     solve: BoolProperty(name="Solve Markers", description="Solve a skeleton from the markers of C3D and TRC files")
 
@@ -84,7 +84,7 @@ class _FilesOperator(_Operator, ImportHelper):
         return [os.path.join(self.directory, name) for name in names] if names else [self.filepath]
 
     def job(self, scene: bpy.types.Scene, inputs: Sequence[str]) -> dict[str, Any]:
-        """What a job reads."""
+        """The input of a job."""
         source: dict[str, Any] = {"inputs": list(inputs), "space": {}, "frames": {}}
         if self.unit:
             source["space"]["unit"] = self.unit
@@ -124,21 +124,21 @@ class ImportMotion(_FilesOperator, bpy.types.Operator):
         self.tell(told)
 
     def _read(self, scene: bpy.types.Scene, path: str) -> tuple[jobs.Outcome, bool]:
-        """What mocap makes of a file, and whether +Y of its joints is along the limbs."""
+        """Converts a file. Returns the result, and whether +Y of its joints is along the limbs."""
         job = self.job(scene, [path])
         write = {"mesh": "none", "keep-constant": True, "skeleton-only": True}
         with jobs.folder() as folder:
             try:
                 return jobs.run({**job, "write": {**write, "bone-axis": "y"}}, folder / "motion.glb"), True
             except mocap.MocapError as failure:
-                # A joint that is scaled along one axis alone cannot be turned.
+                # The axes of a joint with a non-uniform scale cannot be aligned.
                 if failure.code != "unrepresentable":
                     raise
             return jobs.run({**job, "write": write}, folder / "motion.glb"), False
 
 
 class _Retarget(_Operator):
-    """Motions on the active armature, in its own bones."""
+    """Retargets motions to the bones of the active armature."""
 
     feet: EnumProperty(
         name="Feet",
@@ -149,10 +149,10 @@ class _Retarget(_Operator):
     )
     scale: EnumProperty(
         name="Steps",
-        description="Length of the steps",
+        description="Scale of the path",
         items=[
-            ("auto", "By the Legs", "In the proportion of the legs"),
-            ("none", "As the Source", "As those of the source, in metres"),
+            ("auto", "By the Legs", "By the ratio of the leg lengths"),
+            ("none", "As the Source", "The path of the source, in metres"),
         ],
     )
     in_place: BoolProperty(name="In Place", description="Keep the figure in place over the ground")
@@ -175,7 +175,7 @@ class _Retarget(_Operator):
         frames: range | None,
         sets_rate: bool,
     ) -> None:
-        """Does a job on the active armature: the clips have these names, and begin in these frames."""
+        """Runs a job on the active armature. The clips get these names, and begin in these frames."""
         armature = overrides.armature_of(context.active_object)
         scene = context.scene
         source = dict(job["source"])
@@ -199,7 +199,7 @@ class _Retarget(_Operator):
 
 
 class RetargetFiles(_Retarget, _FilesOperator, bpy.types.Operator):
-    """Retarget motion files to the active armature, whatever its rest pose; each file becomes an action"""
+    """Retarget motion files to the active armature, with any rest pose; each file becomes an action"""
 
     bl_idname = "mocap.retarget_files"
     bl_label = "Retarget to Active Armature"
@@ -231,7 +231,7 @@ class RetargetSelected(_Retarget, bpy.types.Operator):
 
 
 class _Step(_Operator):
-    """A step of mocap on the action of the active armature."""
+    """Applies a step of mocap to the action of the active armature."""
 
     into_copy: BoolProperty(name="Keep the Original", description="Write the result into a copy of the action")
 
@@ -242,11 +242,11 @@ class _Step(_Operator):
         return is_armature and armature.mode != "EDIT" and action_of(armature) is not None
 
     def step(self) -> dict[str, Any]:
-        """The step, as a job has it."""
+        """The step in the form of a job."""
         raise NotImplementedError
 
     def finish(self, action: bpy.types.Action, frames: range) -> None:
-        """Sets what an action has beside its curves; they are in these frames."""
+        """Sets the properties of an action besides its curves. The curves are in these frames."""
 
     def make(self, context: bpy.types.Context) -> None:
         armature, scene = context.active_object, context.scene
@@ -259,7 +259,7 @@ class _Step(_Operator):
             outcome = jobs.run({"source": source, "steps": [self.step()]}, folder / "changed.glb")
         clip = outcome.clips[0]
         first = self.first(frames, len(clip.poses))
-        # Where the object is in the frames of the result.
+        # The indices of the object's matrices in the frames of the result.
         places = np.clip(first - frames.start + np.arange(len(clip.poses)), 0, len(frames) - 1)
         placed = rig.to_blender(scene) @ poses[places, 0]
         frames = range(first, first + len(clip.poses))
@@ -333,7 +333,7 @@ class Loop(_Step, bpy.types.Operator):
 def tracks_of_clips(
     scene: bpy.types.Scene, armature: bpy.types.Object, outcome: jobs.Outcome, nodes: Sequence[int]
 ) -> list[list[curves.Track]]:
-    """What to key for each clip of an outcome."""
+    """The tracks to key for each clip of an outcome."""
     placed = np.array(armature.matrix_world, dtype=np.float64)
     poses = (rig.poses_for(armature, scene, nodes, outcome.tree, clip, placed) for clip in outcome.clips)
     return [rig.tracks_of(armature, pose) if len(pose) else [] for pose in poses]
@@ -347,7 +347,7 @@ def write_clips(
     frames: range | None,
     sets_rate: bool,
 ) -> list[bpy.types.Action]:
-    """Makes an action of each clip of an outcome; the first becomes that of the armature.
+    """Makes an action of each clip of an outcome. The armature gets the first action.
 
     The clips begin where the scene does, or in the frames of their source.
     """
@@ -377,7 +377,7 @@ def frame_rate(scene: bpy.types.Scene) -> float:
 
 
 def set_frame_rate(scene: bpy.types.Scene, rate: float) -> None:
-    """Sets the frames per second of a scene, which Blender has as a quotient."""
+    """Sets the frames per second of a scene, which Blender stores as a quotient."""
     whole = max(1, round(rate))
     scene.render.fps = whole
     scene.render.fps_base = 1.0 if abs(rate - whole) < _WHOLE else whole / rate
@@ -395,12 +395,13 @@ def frames_of(action: bpy.types.Action) -> range:
 
 
 def first_of(frames: range, count: int) -> int:
-    """The first of so many frames of a result. A rest pose that was left out stood in the first frame of the source."""
+    """The first frame of a result with this number of frames. A dropped rest pose was in the first frame of the
+    source."""
     return frames.start + max(0, len(frames) - count)
 
 
 def _other(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The one selected armature with an action beside the active one."""
+    """The other selected armature, if exactly one has an action."""
     chosen = [one for one in context.selected_objects if one != context.active_object and one.type == "ARMATURE"]
     return chosen[0] if len(chosen) == 1 and action_of(chosen[0]) is not None else None
 

@@ -1,4 +1,5 @@
-"""Armatures of other files: a linked armature gets a library override, whose action and pose can be set."""
+"""Armatures linked from other files. A linked armature gets a library override, so that its action and pose can be
+set."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from .rig import ArmatureError
 
 
 def armature_of(thing: bpy.types.Object | None) -> bpy.types.Object | None:
-    """The armature that an object is, or the only one that it instances with its collection."""
+    """The armature of an object: the object itself, or the only armature in its instanced collection."""
     if thing is None or thing.type == "ARMATURE":
         return thing
     if thing.type != "EMPTY" or thing.instance_collection is None:
@@ -19,7 +20,7 @@ def armature_of(thing: bpy.types.Object | None) -> bpy.types.Object | None:
 
 
 def editable(context: bpy.types.Context, armature: bpy.types.Object) -> bpy.types.Object:
-    """The armature itself where it can be changed, else a library override of it in the place of the link.
+    """The armature itself if it is editable, or else a library override that replaces the link.
 
     Raises:
         ArmatureError: Where Blender makes no override.
@@ -29,7 +30,7 @@ def editable(context: bpy.types.Context, armature: bpy.types.Object) -> bpy.type
         if override is not None and override.is_system_override:
             override.is_system_override = False
         return armature
-    # Blender asks the user for the collection of a linked object; the uppermost has all that belongs to it.
+    # Blender asks the user for the collection of a linked object. The topmost collection contains all related objects.
     linked = [
         one for one in context.scene.collection.children_recursive if one.library and armature in set(one.all_objects)
     ]
@@ -49,7 +50,7 @@ def editable(context: bpy.types.Context, armature: bpy.types.Object) -> bpy.type
         raise ArmatureError(f"the armature {armature.name!r} is linked, and Blender makes no library override of it")
     for one in made if is_instance else found:
         one.override_library.is_system_override = False
-    # Blender puts what was instanced where it is in its own file.
+    # Blender places instanced objects at their positions in their own file.
     for one in made if is_instance else ():
         if one.parent not in made:
             one.matrix_world = place @ one.matrix_world

@@ -1,4 +1,4 @@
-"""The panel in the sidebar of the 3D viewport, the menu entry, and files that are dropped into Blender."""
+"""The panel in the sidebar of the 3D viewport, the menu entry, and the handler of dropped files."""
 
 from __future__ import annotations
 

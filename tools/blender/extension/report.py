@@ -1,4 +1,4 @@
-"""What mocap says of a job, in words and in the colours of bones."""
+"""Shows the report of a job, as text and as colours of bones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 import mocap
 
-# docs/retargeting.md: a verdict is good up to 1 degree in the mean, and fair up to 3.
+# docs/retargeting.md: a verdict is good up to a mean of 1 degree, and fair up to 3 degrees.
 _GOOD, _FAIR = 1.0, 3.0
 _COLORS = {"good": (0.25, 0.75, 0.3), "fair": (0.95, 0.75, 0.15), "poor": (0.9, 0.2, 0.2)}
 # The property of an action that holds its report.
@@ -17,7 +17,7 @@ _KEY = "mocap_report"
 
 
 def of_error(failure: Exception, names: Mapping[str, str] = {}) -> str:
-    """An error in one text; ``names`` has what stands for the files of a job."""
+    """An error as one text. ``names`` has the shown names of the job's files."""
     text = str(failure)
     advice = failure.help if isinstance(failure, mocap.MocapError) else None
     if advice and advice not in text:
@@ -28,7 +28,7 @@ def of_error(failure: Exception, names: Mapping[str, str] = {}) -> str:
 
 
 def lines(report: Mapping[str, Any]) -> list[str]:
-    """What was guessed, what the reader read around, and what steps and motions came out like."""
+    """The assumptions, the warnings of the reader, and the reports of steps and motions."""
     found = [*report.get("notes", []), *map(_warning, report.get("warnings", []))]
     for step in report.get("steps", []):
         found.append(f"{step['step'].partition(':')[0]}: {_sentence(step['changed'])}")
@@ -39,7 +39,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
 
 
 def keep(action: bpy.types.Action, told: list[str]) -> None:
-    """Keeps a report with an action, so that the panel shows it, and undo takes it back."""
+    """Stores a report in an action, so that the panel shows it and undo removes it."""
     action[_KEY] = json.dumps(told)
 
 
@@ -50,7 +50,7 @@ def kept(armature: bpy.types.Object) -> list[str]:
 
 
 def color(armature: bpy.types.Object, limbs: list[Mapping[str, Any]], bones: Mapping[str, str]) -> None:
-    """Colours the bones of limbs by how far they are off in the mean: green, yellow, red.
+    """Colours the bones of limbs by their mean error: green, yellow, red.
 
     ``bones`` has the bone of the armature for each bone of a humanoid.
     """
@@ -77,7 +77,7 @@ def _grade(limb: Mapping[str, Any]) -> str:
 
 
 def _sentence(changed: Any) -> str:
-    """The numbers of a report of a step, and the parts that did something."""
+    """The numbers of a step's report, and the parts that changed something."""
     if not isinstance(changed, Mapping):
         return str(changed)
     parts = [f"{one['part']}: {one['about']}" for one in changed.get("parts", []) if one.get("about")]

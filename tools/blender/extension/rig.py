@@ -1,4 +1,4 @@
-"""Armatures of Blender: made of the nodes of mocap, and told to it."""
+"""Converts between the armatures of Blender and the nodes of mocap."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from . import curves, glb, jobs
 
 # mocap has +Y up, Blender +Z.
 _UP = np.array(((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1)), dtype=np.float64)
-# Of the figure's largest extent, for a bone that ends nowhere.
+# The length of a bone without an end, as a fraction of the figure's largest extent.
 _TIP = 0.03
-# A bone points at a child where the angle between its axis and the child has at least this cosine.
+# A bone points at a child if the cosine of the angle between its axis and the child is at least this value.
 _ALONG = 0.95
-# Values that are nearer to each other are the same: rotations, scales, and locations as a part of the longest bone.
+# The largest difference of equal values: of rotations, scales, and locations relative to the longest bone.
 _STILL = 1e-5
 
 
 class ArmatureError(ValueError):
-    """An armature with which nothing can be done, with the reason."""
+    """The armature cannot be used; the message has the reason."""
 
 
 def to_blender(scene: bpy.types.Scene) -> np.ndarray:
@@ -40,7 +40,7 @@ def bones_of(armature: bpy.types.Object) -> list[bpy.types.Bone]:
 
 
 def tree_of(armature: bpy.types.Object, scene: bpy.types.Scene) -> glb.Tree:
-    """An armature at rest as mocap takes it: a node for the object, below it the bones.
+    """The rest pose of an armature as mocap's nodes: a node for the object, and the bones below it.
 
     Raises:
         ArmatureError: Where it has no bones, or its scale is no single positive number.
@@ -64,11 +64,11 @@ def tree_of(armature: bpy.types.Object, scene: bpy.types.Scene) -> glb.Tree:
 
 
 def poses_of(armature: bpy.types.Object, scene: bpy.types.Scene, frames: range) -> np.ndarray:
-    """The matrices of the nodes of :func:`tree_of` to the world in frames, as Blender evaluates them."""
+    """The world matrices of the nodes of :func:`tree_of` in frames, as Blender evaluates them."""
     order = [armature.pose.bones.find(bone.name) for bone in bones_of(armature)]
     numbers = np.empty(16 * len(order), dtype=np.float32)
     poses = []
-    # A scene of its own: nothing but the armature, and what it depends on, is evaluated in each frame.
+    # Use a separate scene, so that each frame only evaluates the armature and its dependencies.
     alone = bpy.data.scenes.new("mocap")
     try:
         alone.collection.objects.link(armature)
@@ -79,13 +79,13 @@ def poses_of(armature: bpy.types.Object, scene: bpy.types.Scene, frames: range) 
             layer.update()
             evaluated = armature.evaluated_get(layer.depsgraph)
             evaluated.pose.bones.foreach_get("matrix", numbers)
-            # Blender has the columns of a matrix one after another.
+            # Blender stores matrices in column-major order.
             bones = numbers.reshape(-1, 4, 4).transpose(0, 2, 1)[order].astype(np.float64)
             world = np.array(evaluated.matrix_world, dtype=np.float64)
             poses.append(world @ np.concatenate([np.eye(4)[None], bones]))
     finally:
         bpy.data.scenes.remove(alone)
-        # Blender has written the last of the frames into the armature.
+        # Restore the pose: Blender has set the armature to the last frame.
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
     return np.linalg.inv(to_blender(scene)) @ np.array(poses)
 
@@ -95,7 +95,7 @@ def skin_of(armature: bpy.types.Object, scene: bpy.types.Scene, tree: glb.Tree) 
     index = {name: number for number, name in enumerate(tree.names) if number > 0}
     from_blender = np.linalg.inv(to_blender(scene))
     positions, nodes, weights = [], [], []
-    # Those of a collection that an empty instances are in no scene.
+    # Search all data, because objects of an instanced collection are in no scene.
     for thing in bpy.data.objects:
         modifiers = [one for one in thing.modifiers if one.type == "ARMATURE" and one.object == armature]
         if thing.type != "MESH" or not modifiers or not len(thing.data.vertices):
@@ -160,7 +160,7 @@ def build(
 
 
 def remove(armature: bpy.types.Object) -> None:
-    """Removes an armature that was made."""
+    """Removes a new armature."""
     data = armature.data
     bpy.data.objects.remove(armature)
     bpy.data.armatures.remove(data)
@@ -174,7 +174,7 @@ def poses_for(
     clip: jobs.Clip,
     placed: np.ndarray,
 ) -> np.ndarray:
-    """The matrices of bones in the armature, frame by frame, that put them where a clip has their nodes.
+    """The matrices of bones in the armature, frame by frame, that place the bones at the nodes of a clip.
 
     ``tree`` has the nodes where the bones are at rest. ``placed`` is the matrix of the armature to the world in all
     frames, or an array with one for each frame.
@@ -188,7 +188,8 @@ def poses_for(
 
 
 def tracks_of(armature: bpy.types.Object, poses: np.ndarray) -> list[curves.Track]:
-    """What to key so that bones have matrices, (frames, bones, 4, 4); each rotation in the mode of its bone.
+    """The tracks to key so that bones have these matrices, (frames, bones, 4, 4). Each rotation is in the mode of its
+    bone.
 
     A location or a scale that stays as at rest gets no key.
     """
@@ -203,7 +204,7 @@ def tracks_of(armature: bpy.types.Object, poses: np.ndarray) -> list[curves.Trac
         locations, turns, scales = (list(parts) for parts in zip(*basis))
         mode = armature.pose.bones[bone.name].rotation_mode
         tracks.append(_track(bone.name, *_rotations(mode, turns), _STILL, None))
-        # The location of a bone that is connected to its parent has no effect.
+        # The location of a connected bone has no effect.
         locations = np.zeros((1, 3)) if bone.use_connect else np.array(locations)
         tracks.append(_track(bone.name, "location", locations, _STILL * size, np.zeros(3)))
         tracks.append(_track(bone.name, "scale", np.array(scales), _STILL, np.ones(3)))
@@ -211,7 +212,7 @@ def tracks_of(armature: bpy.types.Object, poses: np.ndarray) -> list[curves.Trac
 
 
 def reset(armature: bpy.types.Object) -> None:
-    """Brings locations and scales of bones to rest; those with keys follow these."""
+    """Resets locations and scales of bones to rest. Keyed values follow their keys."""
     for posed in armature.pose.bones:
         posed.location, posed.scale = (0, 0, 0), (1, 1, 1)
 
@@ -222,7 +223,7 @@ def _basis(bone: bpy.types.Bone, frame: Sequence[Matrix], number: int, above: in
 
 
 def _track(bone: str, path: str, values: np.ndarray, close: float, rest: np.ndarray | None) -> curves.Track | None:
-    """What to key of a property; one row where it stays, nothing where it stays as at rest."""
+    """The track of a property: one row if it is constant, nothing if it stays at rest."""
     if np.abs(values - values[0]).max() <= close:
         values = values[:1]
         if rest is not None and np.abs(values - rest).max() <= close:
@@ -247,7 +248,7 @@ def _rotations(mode: str, turns: list) -> tuple[str, np.ndarray]:
 
 
 def _above(parents: Sequence[int], joints: set[int], node: int) -> int:
-    """The nearest joint above a node, or -1."""
+    """The nearest ancestor of a node that is a joint, or -1."""
     node = parents[node]
     while node >= 0 and node not in joints:
         node = parents[node]
@@ -255,7 +256,7 @@ def _above(parents: Sequence[int], joints: set[int], node: int) -> int:
 
 
 def _frame(node: np.ndarray, ends: Sequence[np.ndarray]) -> Matrix:
-    """Where a bone is: at its node, and turned as it, with +Y towards the nearest of the ends."""
+    """The matrix of a bone: at its node, with the rotation of the node, turned so that +Y points to the nearest end."""
     location, rotation, _ = Matrix(node).decompose()
     along = rotation @ Vector((0, 1, 0))
     towards = [Vector(end).normalized() for end in ends if np.linalg.norm(end) > 1e-9]
@@ -265,17 +266,17 @@ def _frame(node: np.ndarray, ends: Sequence[np.ndarray]) -> Matrix:
 
 
 def _length(axis: np.ndarray, ends: Sequence[np.ndarray], extent: float) -> float:
-    """How long a bone is that points along an axis."""
+    """The length of a bone that points along an axis."""
     reached = [float(end @ axis) for end in ends if end @ axis > _ALONG * np.linalg.norm(end)]
     return max([*reached, 0.1 * _TIP * extent]) if reached else _TIP * extent
 
 
 def _link(context: bpy.types.Context, armature: bpy.types.Object) -> None:
-    """Puts an armature into the scene, active and alone selected, in Object Mode."""
+    """Adds an armature to the scene, makes it active and the only selected object, in Object Mode."""
     layer = context.view_layer
     if layer.objects.active is not None and layer.objects.active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
-    # A linked collection takes no object, and in one that is hidden or excluded no object has an Edit Mode.
+    # Objects cannot be added to a linked collection. In a hidden or excluded collection, objects have no Edit Mode.
     if context.collection.is_editable:
         context.collection.objects.link(armature)
     if not armature.visible_get(view_layer=layer):

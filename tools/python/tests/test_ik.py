@@ -75,7 +75,7 @@ def ancestors(scene: mocap.Scene, index: int) -> list[int]:
 def test_what_is_no_chain_is_refused(walk: Path) -> None:
     scene = mocap.read(walk)
     for joints, goal, message in [
-        (["LeftHand", "LeftArm"], [0, 0, 0], '"LeftHand" is not above "LeftArm"'),
+        (["LeftHand", "LeftArm"], [0, 0, 0], '"LeftHand" is not an ancestor of "LeftArm"'),
         (["LeftArm"], [0, 0, 0], "a chain has at least two joints, got 1"),
         (["LeftArm", "Tail"], [0, 0, 0], "no joint is called 'Tail'"),
         ([0, 9999], [0, 0, 0], "there is no node 9999"),
