@@ -1,4 +1,4 @@
-//! `mocap mcp`, by messages on standard input. `tools/mcp` holds it against a client of the protocol's authors.
+//! Tests `mocap mcp` by messages on standard input. `tools/mcp` tests it with the client of the protocol's authors.
 
 mod answers;
 mod instructions;
@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use crate::at_root;
 use crate::program::{Folder, STATE_HOME};
 
-/// A server that is spoken to by lines.
+/// A running server, which exchanges lines.
 struct Server {
     child: Child,
     input: Option<ChildStdin>,
@@ -85,7 +85,7 @@ impl Server {
     }
 }
 
-/// The answers of a server to requests, each sent after the answer to the one before.
+/// The answers of a server to requests. Each request is sent after the previous answer.
 fn answers(folder: &Folder, requests: &[(&str, Value)]) -> Vec<Value> {
     let mut server = Server::start(folder, &[]);
     let answer = |(index, (method, params)): (usize, &(&str, Value))| {
@@ -99,7 +99,7 @@ fn answers(folder: &Folder, requests: &[(&str, Value)]) -> Vec<Value> {
     answers
 }
 
-/// The error of a call that could not be done.
+/// The error of a failed call.
 fn error(answer: &Value) -> Value {
     let result = &answer["result"];
     assert_eq!(result["isError"], true, "{answer}");
@@ -186,7 +186,8 @@ fn errors_carry_the_help_and_the_server_goes_on() {
     assert_eq!(found[3]["result"]["structuredContent"]["frames"], 75);
 }
 
-/// A link out of the folder of a file is that of its user, who made it. A server opens nothing outside of its root.
+/// On the command line, links out of the folder are allowed, because the user made them. A server opens nothing outside
+/// its root.
 #[cfg(unix)]
 #[test]
 fn links_out_of_a_folder_are_followed_by_the_program_and_not_by_a_server() {
@@ -201,7 +202,7 @@ fn links_out_of_a_folder_are_followed_by_the_program_and_not_by_a_server() {
     assert!(answer.to_string().contains("leads out of"), "{answer}");
 }
 
-/// A search that follows links into themselves never ends, and one that follows links out tells what is there.
+/// A search must end despite link loops, and must not list the targets of links out of the root.
 #[cfg(unix)]
 #[test]
 fn searches_end_and_stay_in_the_folder() {
@@ -228,14 +229,14 @@ fn searches_end_and_stay_in_the_folder() {
         for word in ["secret", "linked", "one.bvh", "gone.bvh", "sys_root"] {
             assert!(!text.contains(word), "{request}: {text}");
         }
-        // The loops are told; the file is there once.
+        // The loops are reported, and the file is listed once.
         let is_deep = request.to_string().contains("/*/*/");
         assert!(is_deep || text.contains("a.bvh"), "{request}: {text}");
     }
 }
 
-/// A texture has the name that a character gives it, and a sidecar has the name of its motion. Neither replaces a file
-/// that the session has not written, even if the session has written the file to which it belongs.
+/// A character names its textures, and a sidecar has the name of its motion. Neither replaces a file that the session
+/// has not written, even if the session has written the main file.
 #[test]
 fn a_session_replaces_nothing_beside_its_outputs() {
     let root = Folder::of_real(&["cmu_short.bvh"]);
@@ -272,7 +273,7 @@ fn a_session_replaces_nothing_beside_its_outputs() {
             false,
             call("convert", json!({"inputs": ["cmu_short.bvh"], "output": "new/"})),
         ),
-        // What it has written itself it may write again, with what stands beside.
+        // The session may replace its own outputs and their companion files.
         (true, job("hero.gltf", "sub/hero.fbx", beside())),
         (true, job("hero.gltf", "sub/hero.fbx", beside())),
         (true, job("cmu_short.bvh", "sub/take.bvh", sidecar())),
@@ -313,7 +314,7 @@ fn a_session_replaces_nothing_beside_its_outputs() {
     assert!(root.read("sub/take.bvh").len() < root.read("take.bvh").len());
 }
 
-/// A pipe that nobody writes to: a call that reads it never ends by itself.
+/// A pipe without a writer: a call that reads the pipe never ends by itself.
 #[cfg(unix)]
 fn with_a_pipe() -> Folder {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
@@ -335,21 +336,21 @@ fn a_call_that_hangs_blocks_nothing_and_is_cancelled_without_an_answer() {
     server.request("hangs", "tools/call", hangs.clone());
     server.request(1, "ping", json!({}));
     assert_eq!(server.next()["id"], 1);
-    // Another call runs beside it.
+    // Another call runs at the same time.
     server.request(2, "tools/call", named("inspect", json!({"input": "cmu_short.bvh"})));
     let answer = server.next();
     assert_eq!(
         (&answer["id"], &answer["result"]["structuredContent"]["frames"]),
         (&json!(2), &json!(75))
     );
-    // Its identifier is taken until it has ended.
+    // The identifier of the call is in use until the call ends.
     server.request("hangs", "tools/call", hangs.clone());
     let answer = server.next();
     assert_eq!(
         (&answer["id"], &answer["error"]["code"]),
         (&json!("hangs"), &json!(-32600))
     );
-    // Identifiers that no call has, and one of another type.
+    // Unknown identifiers, and an identifier of another type.
     for unknown in [json!(null), json!(1), json!(77), json!([]), json!({"a": 1})] {
         server.cancel(unknown);
     }
@@ -377,7 +378,7 @@ fn a_call_that_hangs_blocks_nothing_and_is_cancelled_without_an_answer() {
 fn a_call_has_a_time_limit() {
     let folder = with_a_pipe();
     let mut server = Server::start(&folder, &["--time-limit", "1"]);
-    // More than run at once: those that wait have their own time.
+    // More calls than run at once. The time limit of a waiting call begins when the call runs.
     for id in 0..6 {
         server.request(id, "tools/call", named("inspect", json!({"input": "pipe.bvh"})));
     }
@@ -431,7 +432,7 @@ fn calls_that_wait_are_cancelled_and_too_many_are_refused() {
     server.end();
 }
 
-/// Who ends a server ends its calls.
+/// When a server ends, its calls end.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_processes_of_calls_end_with_the_server() {
@@ -470,7 +471,7 @@ fn the_processes_of_calls_end_with_the_server() {
     }
 }
 
-/// What is there of a cancelled call is whole: outputs that equal those of the command, and none else.
+/// A cancelled call leaves only complete outputs, equal to the outputs of the command.
 #[test]
 fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
@@ -492,7 +493,7 @@ fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
     );
     assert!(told["params"]["progress"].as_f64().unwrap() < 300.0, "{told}");
     server.cancel(1);
-    // The progress that was on its way, and then this answer, which comes when the call has ended.
+    // Pending progress messages come first, then the answer, when the call has ended.
     let start = Instant::now();
     let answer = loop {
         server.request(1, "tools/call", named("inspect", json!({"input": "cmu_short.bvh"})));
@@ -524,7 +525,7 @@ fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
         }
     }
     assert!(outputs < 600, "the call was not ended: {outputs}");
-    // The session may write its own folder again, with numbers that only rise.
+    // The session may write to its own folder again. The numbers of progress only increase.
     let mut params = job;
     params["_meta"] = json!({"progressToken": 7});
     server.request(2, "tools/call", params);
@@ -547,7 +548,7 @@ fn a_cancelled_folder_has_whole_outputs_and_can_be_made_again() {
     server.end();
 }
 
-/// A job and a graph name files wherever they are; whoever runs them knows that. A server opens none of these.
+/// Jobs and graphs can name files anywhere. A server opens none of them outside its root.
 #[test]
 fn jobs_and_graphs_name_files_anywhere_but_to_a_server() {
     let outside = Folder::of_real(&["cmu_12_01_walk.bvh"]);

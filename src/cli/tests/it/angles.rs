@@ -1,8 +1,8 @@
-//! `mocap angles`: what it says of a figure.
+//! `mocap angles`: warnings about a figure.
 
 use crate::program::Folder;
 
-/// A pelvis that faces aside tilts about other axes than its own, which is said.
+/// A pelvis that faces sideways tilts about axes other than its own, and the command warns.
 #[test]
 fn a_pelvis_that_faces_aside_is_said() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);

@@ -1,4 +1,4 @@
-//! `--json` of the commands that write one file: what was done, for a program.
+//! `--json` of the commands that write one file.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::ROOT;
 use crate::program::Folder;
 
-/// What a command prints on standard output, and nothing else.
+/// The complete standard output of a command.
 fn printed(folder: &Folder, line: &str) -> Value {
     let ran = folder.run(line);
     assert!(ran.status.success(), "{line}: {}", String::from_utf8_lossy(&ran.stderr));

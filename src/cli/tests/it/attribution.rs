@@ -1,4 +1,4 @@
-//! Where motions come from, as `mocap.toml` says, and that written files keep it.
+//! The origin of motions in `mocap.toml`, and its copy in written files.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ fn a_folder_says_where_its_motions_come_from_and_written_files_keep_it() {
     let chosen = rows(&folder, "survey . --json --where person=CMU1");
     assert_eq!(chosen.keys().collect::<Vec<_>>(), [WALK]);
     assert_eq!(rows(&folder, "survey . --json --where not(synthetic)").len(), 2);
-    // In a folder where no file says it.
+    // A folder without a `mocap.toml`.
     let outputs = ["walk.glb", "walk.gltf", "walk.fbx", "walk.usda"];
     std::fs::create_dir_all(folder.path("a/b")).unwrap();
     for output in outputs {
@@ -56,7 +56,7 @@ fn a_folder_says_where_its_motions_come_from_and_written_files_keep_it() {
         );
         assert_eq!(row["synthetic"], false, "{output}");
     }
-    // What a file says is not said otherwise by its folder; what it does not say is.
+    // The folder's file adds statements that the motion's file lacks, and does not override it.
     folder.write("a/mocap.toml", b"licence = \"other\"\nperson = \"other\"\n");
     folder.succeeds(&format!("convert {DANCE} a/b/dance.glb"));
     let kept = rows(&folder, "survey a/b --json");

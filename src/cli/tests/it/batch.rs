@@ -1,4 +1,4 @@
-//! Many files through the program: no output is missing or partial, and all ways to run it give the same files.
+//! Converts many files: no output is missing or partial, and all ways to run the program give the same files.
 
 mod each;
 mod pattern;
@@ -43,7 +43,7 @@ struct Corpus {
 }
 
 impl Corpus {
-    /// `copies` of a real capture, each with a length of its own.
+    /// `copies` of a real capture, each with a different length.
     fn new(copies: usize) -> Self {
         let corpus = Self {
             folder: tempfile::tempdir().unwrap(),
@@ -71,7 +71,7 @@ impl Corpus {
         self.folder.path().join(name)
     }
 
-    /// Converts everything to a folder of this name, and gives the exit code.
+    /// Converts everything to a folder with this name. Returns the exit code.
     fn convert(&self, name: &str, options: &[&str]) -> Option<i32> {
         let (inputs, output) = (self.inputs(), self.output(name));
         let mut args = vec![
@@ -86,7 +86,7 @@ impl Corpus {
     }
 }
 
-/// Every file below `folder` by its relative path. The seconds in a manifest, which no two runs share, are left out.
+/// Every file below `folder` by its relative path. Removes the seconds in a manifest, because they differ between runs.
 fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -163,7 +163,7 @@ fn any_number_of_threads_and_shards_makes_the_same_folder() {
     let shards = corpus.output("shards");
     assert!(run(&["merge-manifest", shards.to_str().unwrap()]).status.success());
     assert!(contents(&shards) == expected);
-    // Nothing is left to do for a run that is not divided.
+    // A run without shards has nothing left to do.
     assert_eq!(corpus.convert("shards", &["--resume"]), Some(0));
     assert!(contents(&shards) == expected);
 }
@@ -269,7 +269,7 @@ fn progress_is_lines_of_json_for_programs() {
     assert_eq!(counts["bytes"], counts["bytes_done"]);
 }
 
-// Where files may differ by the case of their letters alone.
+// Only on file systems that distinguish case.
 #[cfg(target_os = "linux")]
 #[test]
 fn inputs_that_claim_one_output_keep_their_extensions() {
@@ -324,8 +324,8 @@ fn check_names_the_file_to_blame() {
     assert_eq!(json["diagnostics"][0]["file"], skeleton.to_str().unwrap());
 }
 
-/// A clip of a body that lies, and one of the same skeleton that stands, as BVH. Rokoko's rest pose is no figure, so
-/// that the clip that lies says nothing of the up axis; the other one does.
+/// A clip of a lying body and a clip of a standing body with the same skeleton, as BVH. Rokoko's rest pose is not a
+/// figure, so only the standing clip shows the up axis.
 fn lying_and_standing() -> [(&'static str, String); 2] {
     let mut standing = mocap::import(at_root("fixtures/real/rokoko_dance.bvh")).unwrap();
     standing.trim(0.0, 40.0);
@@ -346,7 +346,7 @@ fn lying_and_standing() -> [(&'static str, String); 2] {
 
 const CHARACTER: &str = "fixtures/skeletons/human_default.gltf";
 
-/// Several clips for one output say the up axis to each other too.
+/// Several clips in one output also determine the up axis for each other.
 #[test]
 fn clips_of_one_output_have_one_up_axis() {
     let corpus = Corpus::new(0);
@@ -366,7 +366,7 @@ fn clips_of_one_output_have_one_up_axis() {
     assert!(lying.z > 1.0, "{lying}");
 }
 
-/// What a folder gains may tell the up axis of what was made before: such outputs are made anew, others are not.
+/// New files of a folder can determine the up axis of earlier outputs. Only these outputs are made again.
 #[test]
 fn a_folder_that_grows_makes_outputs_anew_that_learn_from_it() {
     let corpus = Corpus::new(0);
@@ -450,7 +450,7 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
             };
             assert_eq!((choice("unit"), choice("up")), ("cm".to_owned(), "y".to_owned()));
         }
-        // The lying body is not turned, as it is where nothing is known but itself.
+        // Without other clips, the lying body would be turned.
         let lying = foot_to_head(&output.join("1 lying.glb"));
         assert!(lying.z > 1.0, "{lying}");
         assert!(foot_to_head(&output.join("2 standing.glb")).y > 1.0);
@@ -477,7 +477,7 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
     );
 }
 
-/// From the left foot to the head in the first frame of a file.
+/// The vector from the left foot to the head in the first frame of a file.
 fn foot_to_head(path: &Path) -> Vec3 {
     let scene = mocap::import(path).unwrap();
     let bones = Humanoid::of(&scene);

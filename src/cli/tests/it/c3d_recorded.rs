@@ -1,4 +1,5 @@
-//! What C3D files have beside markers: events, analog channels and force plates, beside the numbers of another reader.
+//! Data of C3D files besides markers: events, analog channels and force plates, compared with the numbers of another
+//! reader.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
@@ -8,9 +9,9 @@ use mocap::biomechanics::TimeSeries;
 use crate::at_root;
 use crate::program::Folder;
 
-/// What ezc3d reads at sample 40 of the file that `tools/markers/plates.py` makes. Rows are plates of type 2, 3 and 4.
-/// Columns are the force in newtons, the centre of pressure in millimetres, and the free moment in newton millimetres.
-/// +Z is up.
+/// The values that ezc3d reads at sample 40 of the file from `tools/markers/plates.py`. Rows are plates of type 2, 3
+/// and 4. Columns are the force in newtons, the centre of pressure in millimetres, and the free moment in newton
+/// millimetres. +Z is up.
 const PLATES: [[[f64; 3]; 3]; 3] = [
     [
         [-57.85903, -33.69977, 779.14866],
@@ -29,7 +30,7 @@ const PLATES: [[[f64; 3]; 3]; 3] = [
     ],
 ];
 
-/// What `tools/markers/plates.py` put into plates of type 5, 6 and 7 at that sample.
+/// The values of `tools/markers/plates.py` for plates of type 5, 6 and 7 at this sample.
 const PLANTED: [[[f64; 3]; 3]; 3] = [
     [
         [-57.85903, -33.69977, 779.14866],
@@ -80,7 +81,7 @@ fn plates_with_matrices_give_the_forces_that_were_put_in() {
     let scene = mocap::import(at_root("fixtures/made/plates_5_6_7.c3d")).unwrap();
     // The file has raw values of 1e5 in single precision.
     assert_forces(&TimeSeries::ground_forces(&scene).unwrap(), &PLANTED, 1e-3);
-    // Without its matrix such a plate says nothing.
+    // Without its matrix, such a plate has no forces.
     let mut bytes = std::fs::read(at_root("fixtures/made/plates_5_6_7.c3d")).unwrap();
     let name = bytes.windows(10).position(|window| window == b"CAL_MATRIX").unwrap();
     bytes[name] = b'X';
@@ -100,10 +101,10 @@ fn plates_give_the_forces_that_another_reader_finds() {
     let analog = TimeSeries::analog(&scene).unwrap();
     let found = analog.column("EMG").unwrap().nth(SAMPLE).unwrap();
     assert!((found / -2.542_101_590_941_384e-5 - 1.0).abs() < 1e-5, "{found}");
-    // Nobody stands there yet.
+    // Nobody stands on the plate yet.
     assert_eq!(forces.column("ground_force_1_px").unwrap().next(), Some(0.0));
     let recorded = scene.metadata.recorded.unwrap();
-    // Frame 11 is the first, so that 0.14 s after frame 1 are 0.04 s after it.
+    // The file begins at frame 11, so 0.14 s after frame 1 is 0.04 s after the first frame.
     let events: Vec<(&str, &str, f64)> = recorded
         .events
         .iter()
@@ -117,7 +118,7 @@ fn plates_give_the_forces_that_another_reader_finds() {
         (events[0].2 - 0.04).abs() < 1e-6 && (events[2].2 - 0.15).abs() < 1e-6,
         "{events:?}"
     );
-    // Rates of a caller stretch all times alike.
+    // A rate stated by the caller scales all times equally.
     let faster = Importer::new()
         .retime(200.0)
         .import(at_root("fixtures/made/plates.c3d"))
@@ -127,8 +128,8 @@ fn plates_give_the_forces_that_another_reader_finds() {
     assert!((recorded.events[0].time - 0.02).abs() < 1e-6);
 }
 
-/// Samples of two plates, less the mean of frames 1 to 10, which `FORCE_PLATFORM:ZERO` names. ezc3d's forces at sample
-/// 1244 are (-39.5116, 22.4299, 838.5556). In the mean of the first 40 they are (-26.1762, 0.0525, 21.2040).
+/// Samples of two plates, minus the mean of frames 1 to 10, the range in `FORCE_PLATFORM:ZERO`. ezc3d's forces at
+/// sample 1244 are (-39.5116, 22.4299, 838.5556). In the mean of the first 40 they are (-26.1762, 0.0525, 21.2040).
 #[test]
 fn a_baseline_is_taken_out_of_real_plates() {
     let forces =
@@ -153,7 +154,7 @@ fn broken_plates_and_channels_are_left_out_with_a_word() {
             .position(|window| window == name.as_bytes())
             .unwrap()
     };
-    // The name, the offset of the next, type and sizes stand before the values.
+    // The name, the offset of the next parameter, the type and the sizes precede the values.
     let mut unknown = bytes.clone();
     unknown[place("TYPE") + 4 + 2 + 3] = 99;
     let forces = TimeSeries::ground_forces(&read(&unknown)).unwrap();
@@ -175,7 +176,7 @@ fn broken_plates_and_channels_are_left_out_with_a_word() {
             .iter()
             .any(|warning| warning.message.contains("1 of 3 force plates were skipped"))
     );
-    // Cut within the data: the complete frames alone, with their samples.
+    // A file cut within the data has only the complete frames, with their samples.
     let scene = read(&bytes[..bytes.len() - 4000]);
     let recorded = scene.metadata.recorded.unwrap();
     let frames = scene.animations[0].frame_count();
@@ -214,7 +215,7 @@ fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
     folder.refuses("analog w.bvh -o a.csv", 1, "no analog channels");
 }
 
-/// One line says that there are gaps, however many markers have some.
+/// One line reports gaps, for any number of markers with gaps.
 #[test]
 fn gaps_of_markers_are_one_line_of_every_command() {
     let folder = Folder::with(&[]);

@@ -1,4 +1,4 @@
-//! `mocap chain`, with the numbers of the lecture's own file, computed by hand.
+//! `mocap chain` with the numbers of the lecture's file, computed by hand.
 
 use crate::program::{run, words};
 

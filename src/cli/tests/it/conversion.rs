@@ -50,7 +50,7 @@ fn the_program_and_the_library_write_the_same_bytes() {
             .unwrap();
         let words = crate::program::words(&run);
         assert!(run.status.success(), "{options:?}: {words}");
-        // An AMC file without a frame rate is taken to have the one that is asked for.
+        // An AMC file without a frame rate gets the requested rate.
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);
         let importer = match file.ends_with("amc") {
             true => importer.retime(30.0),

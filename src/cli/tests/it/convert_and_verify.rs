@@ -1,4 +1,4 @@
-//! `mocap convert` and `mocap verify` from the outside: exit codes, what stands where, what is left behind.
+//! `mocap convert` and `mocap verify` from the outside: exit codes, outputs, and leftover files.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -10,7 +10,7 @@ fn fixture(file: &str) -> String {
     at_root(&format!("fixtures/real/{file}"))
 }
 
-/// Runs `mocap convert` into a folder of its own.
+/// Runs `mocap convert` into a new folder.
 fn convert(file: &str, options: &[&str]) -> (tempfile::TempDir, PathBuf, Output) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.glb");
@@ -144,7 +144,7 @@ fn frames_that_the_motion_does_not_have_are_refused() {
     assert_eq!(extras(&path)["frames"], 1);
 }
 
-/// The error about a frame time names `--retime`, so every command that can meet it has it.
+/// The error about a frame time names `--retime`, so every command that can report it has this option.
 #[test]
 fn every_command_takes_the_rate_that_the_error_asks_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -183,7 +183,7 @@ fn every_command_takes_the_rate_that_the_error_asks_for() {
         let run = |more: &[&str]| run(&[&[command, input.as_str()], options.as_slice(), more].concat());
         let refused = run(&[]);
         assert_eq!(refused.status.code(), Some(1), "{command}");
-        // What is wrong is what `check` was asked for: it stands in its output.
+        // `check` reports problems on standard output, because they are its result.
         let said = words(&refused) + &String::from_utf8_lossy(&refused.stdout);
         assert!(said.contains("--retime 30"), "{command}: {said}");
         let read = run(&["--retime", "30"]);
@@ -223,7 +223,7 @@ fn a_largest_error_makes_a_file_smaller_and_says_how_far_it_is() {
     ] {
         assert!(words(&output).contains(said), "{said} is not in {}", words(&output));
     }
-    // Of the keys and the mesh: the JSON before them has its length in its first word.
+    // Reads the keys and the mesh after the JSON, whose length is in its first word.
     let size = |path: &Path| {
         let glb = std::fs::read(path).unwrap();
         let json = u32::from_le_bytes(glb[12..16].try_into().unwrap());
@@ -389,7 +389,7 @@ fn arrays_are_outputs_like_any_other() {
     folder.succeeds("edit takes/b.bvh -o mirrored.csv --step mirror");
     folder.succeeds("robot takes --robot robot.urdf -o robots/ --to gmr --trim 0..0.2");
     folder.succeeds("convert robots/b.pkl b.csv --to unitree-csv --body robot.urdf");
-    // 24 frames at 120 a second, without the rest pose that comes first, are 6 at 30.
+    // 24 frames at 120 frames per second, without the initial rest pose, become 6 frames at 30.
     assert_eq!(folder.read("b.csv").split(|byte| *byte == b'\n').count() - 1, 6);
     for (arguments, said) in [
         ("convert takes/b.bvh c.npz --to npz", "--to would do nothing"),

@@ -1,4 +1,4 @@
-//! `mocap survey`: rows, verdicts, what is wrong and where.
+//! `mocap survey`: rows, verdicts, and defects with their frames.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn a_walk_walks_and_is_good() {
     assert_eq!(row.verdict, Quality::Good, "{row:?}");
     assert!(row.walking.unwrap() > 0.8 * row.seconds, "{row:?}");
     assert_eq!((row.jumps, row.turns_over), (Some(0), Some(0)));
-    // The path of the root in the file, as NumPy adds it up by tenths of a second: 3.855 m.
+    // The length of the root's path in steps of 0.1 s, computed with NumPy: 3.855 m.
     let distance = row.distance.unwrap();
     assert!((3.82..3.89).contains(&distance), "{distance}");
     assert_eq!(row.joints, 31);
@@ -97,7 +97,7 @@ fn expressions_say_where_they_are_wrong() {
         ("not twin", true),
         ("twin or frames = 0 and verdict = good", true),
         ("(twin or frames = 0) and verdict != good", false),
-        // What was not measured is neither below nor above.
+        // A missing measure is neither below nor above a threshold.
         ("skate < 1", false),
         ("not skate < 1", true),
     ] {
@@ -144,7 +144,7 @@ fn the_command_writes_tables_and_says_what_failed() {
     folder.succeeds("survey rows.jsonl -o again.jsonl");
     assert_eq!(folder.read("rows.jsonl"), folder.read("again.jsonl"));
     folder.refuses("survey rows.jsonl -o rows.jsonl", 1, "input");
-    // What has not changed is not read again: its row stays, here one that a hand has marked.
+    // An unchanged file is not read again, so a manual mark in its row stays.
     let marked = String::from_utf8(folder.read("rows.jsonl"))
         .unwrap()
         .replace("\"joints\":31", "\"joints\":77");
@@ -197,7 +197,7 @@ fn twins_are_found_and_one_of_them_is_kept() {
         ("retimed.bvh", "retimed"),
         ("piece.bvh", "piece"),
     ] {
-        // Which of two equal clips is kept follows from their names.
+        // The names decide which of two equal clips is kept.
         let found = reason(file);
         let of_walk = reason(WALK);
         assert!(
@@ -276,10 +276,10 @@ fn the_page_and_the_findings_name_what_is_wrong() {
     folder.write("</script>.bvh", &folder.read(WALK));
     folder.succeeds("survey . --html card.html --sarif found.sarif --threshold skate=0.1");
     let page = String::from_utf8(folder.read("card.html")).unwrap();
-    // The name of a file ends no element, and nothing is fetched.
+    // A file name cannot end an element, and the page fetches nothing.
     assert_eq!(page.matches("</script>").count(), 2);
     assert!(!page.contains("src=") && !page.contains("http:") && !page.contains("https:"));
-    // The player of `mocap view` is in it, once, and a click puts a clip into it.
+    // The page has the player of `mocap view` once. A click loads a clip into the player.
     assert_eq!(page.matches("Content-Security-Policy").count(), 1);
     assert_eq!(page.matches("\"played\":{\"blocks\"").count(), 2);
     let sarif: serde_json::Value = serde_json::from_slice(&folder.read("found.sarif")).unwrap();
@@ -298,7 +298,7 @@ fn the_page_and_the_findings_name_what_is_wrong() {
     assert!(results.iter().all(|result| !uri(result).contains(['<', '>', ' '])));
 }
 
-/// What `--print-job` prints gives the same table, by `mocap run`, which takes folders, and by the library.
+/// The job of `--print-job` gives the same table with `mocap run`, which accepts folders, and with the library.
 #[test]
 fn a_survey_is_a_job() {
     let folder = Folder::of_real(&[WALK, "cmu_short.bvh", "lecture_Test.bvh"]);
@@ -337,7 +337,7 @@ fn a_survey_is_a_job() {
         assert!(error.contains(expected), "{error}");
     }
     assert!(job(serde_json::json!({"survey": {"where": "skat < 1"}})).is_err());
-    // An input is no output, and two outputs are two files.
+    // An input cannot be an output, and two outputs must be different files.
     for write in [folder.path(WALK), folder.path("card.html")] {
         let more = serde_json::json!({"survey": {"html": write}, "write": {"output": folder.path("card.html")}});
         assert!(job(more).unwrap().run().is_err());
@@ -354,7 +354,7 @@ fn a_survey_is_a_job() {
     );
 }
 
-/// Whoever dances on the spot stands on the floor; on a treadmill the feet that stand go backwards.
+/// The feet of a person who dances on the spot are at rest. On a treadmill, feet in contact move backwards.
 #[test]
 fn a_dance_is_no_treadmill_and_a_walk_in_place_is_one() {
     let amount = |clips: Vec<ClipRecord>| clips[0].row.amounts[&DefectKind::Treadmill];
@@ -365,7 +365,7 @@ fn a_dance_is_no_treadmill_and_a_walk_in_place_is_one() {
     assert!(amount(Thresholds::default().examine(&scene, "here.bvh")) > 3.0);
 }
 
-/// Toes that are pointed are on the other side of the shin, as if the knee bent forwards.
+/// Pointed toes are on the other side of the shin, as if the knee bent forwards.
 #[test]
 fn pointed_toes_are_no_knee_that_bends_forwards() {
     for file in ["fixtures/arrays/kimodo_soma_01.npz", "fixtures/real/run.fbx"] {
@@ -375,7 +375,7 @@ fn pointed_toes_are_no_knee_that_bends_forwards() {
     }
 }
 
-/// The rows of a clip that begins between two samples of another, ten a second, are those of a piece of it.
+/// A clip that begins between two samples of another clip, at ten samples per second, is found as a piece of this clip.
 #[test]
 fn a_piece_that_begins_anywhere_is_a_twin() {
     let mut scene = mocap::import(Path::new(ROOT).join("fixtures/real").join(WALK)).unwrap();
@@ -393,11 +393,12 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
 
 #[test]
 fn arms_that_are_held_out_are_a_t_pose() {
-    // By NumPy the arms are out, 20 degrees off the horizontal, until frame 486 of 100 a second.
+    // Computed with NumPy, the arms point sideways, 20 degrees from the horizontal, until frame 486 at 100 frames per
+    // second.
     let row = rows_of("hip_knee_ankle_names.bvh").remove(0).row;
     let seconds = row.amounts[&DefectKind::TPoseEnd];
     assert!((3.0..4.9).contains(&seconds), "{:?}", row.defects);
-    // A dancer who holds the arms out for a moment is in no T-pose.
+    // A dancer who briefly holds the arms out is not in a T-pose.
     let dance = rows_of("rokoko_dance.bvh").remove(0).row;
     assert_eq!(dance.amounts[&DefectKind::TPose], 0.0, "{dance:?}");
 }

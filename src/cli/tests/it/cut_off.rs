@@ -1,8 +1,8 @@
-//! Files that are cut off: `check` fails for each, and those made of rows are read up to the last whole frame.
+//! Files that are cut off. `check` fails for each. Readers of row-based formats return all complete frames.
 
 use crate::program::{Folder, words};
 
-/// The files, whether they are made of rows, and what makes them of `walk.bvh`; empty for fixtures.
+/// The files, whether their format is row-based, and the command that makes them from `walk.bvh`; empty for fixtures.
 const FILES: &[(&str, bool, &str)] = &[
     ("walk.bvh", true, ""),
     ("cmu_01_01.amc", true, ""),
@@ -52,7 +52,7 @@ fn check_fails_for_a_file_that_is_cut_off_and_convert_keeps_its_whole_frames() {
     }
 }
 
-/// A frame of a file is whole or absent: a number that is cut in two is no position.
+/// A frame is complete or absent: a truncated number is not a position.
 #[test]
 fn a_number_that_is_cut_in_two_is_not_read() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
@@ -75,7 +75,7 @@ fn a_number_that_is_cut_in_two_is_not_read() {
     );
 }
 
-/// More rows than the file states lose nothing that it states.
+/// Additional rows are not a loss of declared frames.
 #[test]
 fn check_warns_of_frames_beyond_the_number_of_the_file() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);

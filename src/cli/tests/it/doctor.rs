@@ -1,4 +1,4 @@
-//! What the program says of its build and of the machine: `mocap --version` and `mocap doctor`.
+//! The program's description of its build and of the machine: `mocap --version` and `mocap doctor`.
 
 use std::process::Command;
 
@@ -19,7 +19,7 @@ fn printed(line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The commit that git itself states; none in a copy of the sources without a repository.
+/// The commit that git reports, or none without a repository.
 fn commit() -> Option<String> {
     let done = Command::new("git")
         .args(["rev-parse", "--short=12", "HEAD"])
@@ -78,7 +78,7 @@ fn the_doctor_names_what_is_missing_in_ten_lines() {
     }
 }
 
-/// What the doctor tries is what commands try.
+/// The doctor makes the same checks as the commands.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_doctor_finds_a_browser_and_a_temporary_folder_where_they_are() {

@@ -1,5 +1,5 @@
-//! Every door by every written format and every kind of compression: a cell works or says why not. `docs/doors.md` is
-//! written from what was found.
+//! Tests every command and language with every written format and every kind of compression. Each cell works or has a
+//! reason. The test writes `docs/doors.md`.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::cut;
 use crate::program::{Folder, words};
 use crate::sample::Sample;
 
-/// The commands that write motions, each with the words that stand before the options of the output.
+/// The commands that write motions, each with the words before the options of the output.
 const COMMANDS: [(&str, &str); 6] = [
     ("`convert`", "convert walk.bvh OUT"),
     ("`edit`", "edit walk.bvh -o OUT --step smooth"),
@@ -29,14 +29,14 @@ const COMMANDS: [(&str, &str); 6] = [
     ("`robot`", "robot walk.bvh --robot robot.urdf -o OUT"),
 ];
 
-/// The files that the commands name, beside the motion.
+/// The files that the commands name besides the motion.
 const FILES: [(&str, &str); 3] = [
     ("hero.glb", "fixtures/characters/human_default.glb"),
     ("body.bvh", "fixtures/skeletons/xsens_names_tpose.bvh"),
     ("robot.urdf", "fixtures/robots/h1.urdf"),
 ];
 
-/// The folder with the inputs; the motion has its first frames alone.
+/// The folder with the inputs. The motion has only its first frames.
 fn folder() -> Folder {
     const FRAMES: usize = 12;
     let folder = Folder::with(&[]);
@@ -47,7 +47,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// A row of the table: the name of the output, and what is asked of it.
+/// A row of the table: the name of the output, and its options.
 struct Row {
     output: String,
     options: String,
@@ -59,7 +59,7 @@ impl Row {
         format!("`{extension} {}`", self.options).replace(" `", "`")
     }
 
-    /// A message that is the same for every output.
+    /// A message without the name of the output.
     fn without_names(&self, message: &str) -> String {
         let message = message.replace(&self.output, "OUT");
         match self.options.strip_prefix("--to ") {
@@ -69,8 +69,8 @@ impl Row {
     }
 }
 
-/// Every written format: plain, within a largest error, with other names and another rest pose, and in every kind of
-/// compression of its row. Then the outputs that only characters and robots have.
+/// Every written format: plain, with an error bound, with other names and another rest pose, and with every kind of
+/// compression in its row. Then the outputs of characters and robots.
 fn rows() -> Vec<Row> {
     let row = |extension: &str, options: String| Row {
         output: format!("out.{extension}"),
@@ -108,10 +108,10 @@ fn rows() -> Vec<Row> {
     rows
 }
 
-/// What a cell gave: `None` where it works, or else why not.
+/// The result of a cell: `None` if it works, or else the reason.
 type Cell = Option<String>;
 
-/// Runs a command, and the job that it prints: on a disk, and in memory.
+/// Runs a command, and then its printed job on a disk and in memory.
 fn cell(folder: &Folder, row: &Row, command: &str) -> Cell {
     let line = format!("{} {}", command.replace("OUT", &row.output), row.options);
     let line = line.trim();
@@ -136,26 +136,26 @@ fn cell(folder: &Folder, row: &Row, command: &str) -> Cell {
     None
 }
 
-/// Removes an output, and the buffer of a `.gltf`, of which nobody knows then whose it is.
+/// Removes an output, and the buffer of a `.gltf`, whose writer would be unknown without the `.gltf`.
 fn remove_output(folder: &Folder, row: &Row) {
     for name in [row.output.as_str(), "out.bin"] {
         let _ = fs::remove_file(folder.path(name));
     }
 }
 
-/// Why a command stopped. A build without a feature has no say in the table.
+/// The reason why a command stopped. A build without a feature does not change the table.
 fn reason(said: &str) -> String {
     let line = said.lines().rfind(|line| line.contains("error")).unwrap_or(said);
     let (_, message) = line.split_once(": ").unwrap_or(("", line));
-    // What to do instead is no reason.
+    // Remove the remedy from the reason.
     let message = message.split("; did you mean ").next().unwrap();
     let message = message.split("; mocap ").next().unwrap();
-    // A page shows no HTML tag of the name of a value.
+    // Escape the names of values, so that they are not HTML tags in a page.
     message.replace('|', "\\|").replace(['<', '>'], "")
 }
 
-/// What Rust's `Exporter` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the
-/// writer.
+/// Writes a scene as Rust's `Exporter` and JavaScript's `write` do: the row of the format, its rejected options, and
+/// the writer.
 fn by_call(scene: &Scene, row: &Row) -> Cell {
     let path = Path::new(&row.output);
     let extension = path.extension().unwrap().to_str().unwrap();
@@ -192,12 +192,13 @@ fn by_call(scene: &Scene, row: &Row) -> Cell {
     written.err().map(|error| error.diagnostic().message.clone())
 }
 
-/// Whether a row needs a feature that this build lacks: then the table has what is known of a build with it.
+/// Whether a row needs a feature that this build lacks. The published table then keeps the result of a build with the
+/// feature.
 fn is_left_out(row: &Row) -> bool {
     !cfg!(feature = "meshopt") && row.options.contains("meshopt")
 }
 
-/// The table, and below it why a cell does not work.
+/// The table, and the reasons of cells that do not work.
 fn table(cells: &[(Row, Vec<Cell>)]) -> String {
     let mut reasons: Vec<&str> = Vec::new();
     let mut text = format!(
@@ -205,7 +206,7 @@ fn table(cells: &[(Row, Vec<Cell>)]) -> String {
         COMMANDS.map(|(name, _)| name).join(" | "),
         "---|".repeat(COMMANDS.len() + 1)
     );
-    // Successive rows with the same cells are one.
+    // Merge consecutive rows with the same cells.
     for rows in cells.chunk_by(|(_, one), (_, next)| one == next) {
         let names: Vec<String> = rows.iter().map(|(row, _)| row.name()).collect();
         text += &format!("| {} |", names.join(", "));
@@ -245,7 +246,7 @@ Python's `mocap.convert` writes what `convert` writes. `--compress meshopt` and 
 
 ";
 
-/// The cells of a row of the published table; `None` where it has no such row.
+/// The cells of a row of the published table; `None` without such a row.
 fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
     let names = |line: &str| {
         line.strip_prefix("| ")?
@@ -269,8 +270,8 @@ fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
     Some(cells.map(cell).collect())
 }
 
-/// For each command, the calls that do its work in each language: an empty text where a language has none. The Rust
-/// library can do the work of every command.
+/// For each command, the equivalent calls in each language, or an empty text. The Rust library has an equivalent of
+/// every command.
 const CALLS: [(&str, [&str; 4]); 29] = [
     // Command, Python, C and C++, JavaScript, a tool of `mocap mcp`.
     (
@@ -326,7 +327,7 @@ const CALLS: [(&str, [&str; 4]); 29] = [
     ("score", ["", "", "", ""]),
 ];
 
-/// Where the calls of each language are declared.
+/// The files that declare the calls of each language.
 const DECLARED: [&str; 4] = [
     "tools/python/python/mocap",
     "tools/capi/mocap.h",
@@ -384,7 +385,7 @@ fn what_does_the_work_of_a_command_is_there() {
             .unwrap()
             .ends_with(&calls())
     );
-    // The shown commands, but for those that print lists.
+    // The shown commands, except commands that print lists.
     let help = String::from_utf8(Folder::with(&[]).run("--help").stdout).unwrap();
     let (help, _) = help.split_once("\nExamples:").unwrap();
     let named =
@@ -411,7 +412,7 @@ fn what_does_the_work_of_a_command_is_there() {
     }
 }
 
-/// Each cell of the table works, or says why not, as `docs/doors.md` has it. Some rows are tried, all with `MOCAP_ALL`.
+/// Each cell of `docs/doors.md` works or has the stated reason. The test tries some rows, or all rows with `MOCAP_ALL`.
 #[test]
 fn every_door_writes_every_format_or_says_why_not() {
     let folder = folder();
@@ -441,7 +442,7 @@ fn every_door_writes_every_format_or_says_why_not() {
     }
 }
 
-/// What the table says of other languages is what they call.
+/// The cells of other languages match their functions.
 #[test]
 fn other_languages_call_what_the_table_tries() {
     for (file, call) in [
@@ -460,7 +461,7 @@ fn other_languages_call_what_the_table_tries() {
     }
 }
 
-/// What `convert` and other commands write in formats that the library's `Exporter` does not write.
+/// The outputs of commands in formats that the library's `Exporter` does not write.
 const WRITTEN_BY_COMMANDS: [(Format, &str, &str); 6] = [
     (Format::Npz, "yes: [arrays](arrays.md#written-layouts)", "`robot`, `fk`"),
     (Format::Npy, "yes: HumanML3D", "`fk`"),

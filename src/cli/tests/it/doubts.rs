@@ -1,4 +1,4 @@
-//! What a user is told of many files while they are at work and at the end: failures, doubtful clips, what is skipped.
+//! The notices of a run with many files: failures, doubtful clips and skipped files.
 
 use std::fs;
 use std::process::{Command, Output};
@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use crate::at_root;
 use crate::program::{Folder, STATE_HOME, command, words};
 
-/// A motion that a character keeps, one whose trunk is off, and one whose head looks backwards.
+/// A motion that fits a character, a motion with a wrong trunk, and a motion with a backward head.
 const TAKES: [&str; 3] = ["cmu_short.bvh", "nan_tokens.bvh", "slimevr_headset_root.bvh"];
 
 fn folder() -> Folder {
@@ -33,7 +33,7 @@ fn shell(folder: &Folder, lines: &str) -> Output {
     command.current_dir(folder.path("")).output().unwrap()
 }
 
-/// The commands that are told can be pasted.
+/// The printed commands can be pasted into a shell.
 fn are_commands(folder: &Folder, said: &str, count: usize) {
     let lines = said
         .lines()
@@ -102,7 +102,7 @@ fn motions_on_a_robot_that_are_not_good_are_listed() {
     are_commands(&folder, &said, doubtful.len());
 }
 
-/// Of four motions that go into one file each line says which it is of, and each row why it is not good.
+/// With four motions in one file, each line names its motion, and each row has the reason for its verdict.
 #[test]
 fn the_notes_of_many_motions_name_their_files() {
     let folder = folder();
@@ -129,7 +129,7 @@ fn the_notes_of_many_motions_name_their_files() {
     are_commands(&folder, &said, 2);
 }
 
-/// Before the summary, and not on standard output.
+/// The notice comes before the summary, and not on standard output.
 #[test]
 fn failures_are_told_as_they_happen() {
     let folder = Folder::with(&["in/good.bvh"]);
@@ -168,7 +168,7 @@ fn a_source_that_is_not_there_makes_no_folder() {
         folder.refuses(arguments, 1, "did you mean takes?");
     }
     folder.refuses("convert none.bvh -o out", 1, "none.bvh");
-    // One of several is a failure of one.
+    // One failed motion of several is a partial failure.
     folder.ends_with(3, "convert takes/w.bvh none.bvh -o out");
 }
 
@@ -200,7 +200,7 @@ fn robot_says_what_it_wrote() {
     );
 }
 
-/// What a terminal shows of a command that waits for its input: `script` is one.
+/// The terminal output of a command that waits for its input. `script` provides the terminal.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_command_on_one_file_shows_on_a_terminal_that_it_works() {
@@ -224,7 +224,7 @@ fn a_command_on_one_file_shows_on_a_terminal_that_it_works() {
         (" -q", "script -qec", false),
         ("", "bash -c", false),
     ];
-    // They wait, so at once.
+    // Start all commands first, because each waits.
     std::thread::scope(|scope| {
         for (at, (options, program, is_shown)) in cases.into_iter().enumerate() {
             let shown = &shown;

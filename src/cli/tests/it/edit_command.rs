@@ -1,4 +1,4 @@
-//! `mocap edit`: steps in their order, recorded in the file and understood by `verify`.
+//! `mocap edit`: applies steps in order, records them in the file, and `verify` repeats them.
 
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ fn steps_are_recorded_and_verified() {
     );
     assert!(reports[0]["changed"]["slide_after"].as_f64() < reports[0]["changed"]["slide_before"].as_f64());
 
-    // The file tells how it was made, in values.
+    // The file records its steps with all values.
     let bytes = std::fs::read(&output).unwrap();
     for step in &steps {
         let step: EditStep = step.parse().unwrap();
@@ -70,7 +70,7 @@ fn steps_are_recorded_and_verified() {
     let points: serde_json::Value = serde_json::from_slice(&std::fs::read(&contacts).unwrap()).unwrap();
     assert_eq!(points["points"].as_array().unwrap().len(), 6);
 
-    // An output of other steps is another motion.
+    // Other steps give another motion.
     let other = path("other.glb");
     assert!(
         run(&["edit", &walk, "-o", &other, "--step", "smooth:cut-off=2"])
@@ -165,7 +165,7 @@ fn second_motions_are_recorded_and_verified() {
         "concat:with=2,blend=0.1",
     ]);
     assert!(found.status.success(), "{}", words(&found));
-    // The steps were done in the order given.
+    // The steps are applied in the given order.
     let told = words(&found);
     let places =
         ["blend with mirrored.bvh: ", "loop: ", "concat with mirrored.bvh: "].map(|name| told.find(name).unwrap());
@@ -187,7 +187,7 @@ fn second_motions_are_recorded_and_verified() {
             words(&refused)
         );
     }
-    // What the other steps did to the second motion is done again: here the rest pose in its first frame goes.
+    // The second motion is also prepared: its rest pose in the first frame is dropped.
     let twice = path("twice.glb");
     assert!(
         run(&["edit", &walk, &walk, "-o", &twice, "--step", "concat"])
@@ -240,7 +240,7 @@ fn keys_are_marked_on_the_curves() {
     );
 }
 
-/// The first clip is taken, and the file says so: the others are not missed.
+/// The command uses the first clip and records this, so `verify` does not report the other clips as missing.
 #[test]
 fn the_first_of_several_clips_is_changed() {
     let (_folder, path) = folder();
@@ -258,7 +258,7 @@ fn the_first_of_several_clips_is_changed() {
     assert!(verified.status.success(), "{}", words(&verified));
 }
 
-/// Files of earlier versions have steps as text.
+/// Files of earlier versions record steps as text.
 #[test]
 fn steps_that_were_recorded_as_text_are_verified() {
     let (_folder, path) = folder();
@@ -272,7 +272,7 @@ fn steps_that_were_recorded_as_text_are_verified() {
     std::fs::write(&output, text.replace(&value, &old)).unwrap();
     let verified = run(&["verify", &walk, &output, "--max-error", "0.01mm"]);
     assert!(verified.status.success(), "{}", words(&verified));
-    // The step counts: another is another motion.
+    // Another step gives another motion.
     std::fs::write(&output, text.replace(&value, "\"smooth:cut-off=2\"")).unwrap();
     assert_eq!(
         run(&["verify", &walk, &output, "--max-error", "0.01mm"]).status.code(),
@@ -280,12 +280,12 @@ fn steps_that_were_recorded_as_text_are_verified() {
     );
 }
 
-/// A map says which joint is which bone; the file keeps it, so that `verify` needs none.
+/// A map states the joints of bones. The file records the map, so `verify` needs none.
 #[test]
 fn bones_of_a_map_are_used_and_recorded() {
     let (_folder, path) = folder();
     let (walk, output, map) = (real("cmu_12_01_walk.bvh"), path("walk.glb"), path("map.json"));
-    // The toes touch the ground with their tips, not with their joint.
+    // The tips of the toes touch the ground, not their joints.
     let tips = r#"{"bones": {"leftToes": "EndSite_LeftToeBase", "rightToes": "EndSite_RightToeBase"}}"#;
     std::fs::write(&map, tips).unwrap();
     let plain = path("plain.glb");
@@ -377,7 +377,7 @@ fn a_dry_run_says_what_it_would_write_and_writes_nothing() {
         assert!(found.stdout.is_empty());
         assert!(before == all_below(folder.path()), "{args:?}");
     }
-    // What would fail fails.
+    // A dry run reports the errors of a real run.
     for (args, code, said) in [
         (vec!["convert", &path("broken.bvh"), &path("x.glb")], 1, "error["),
         (
@@ -403,7 +403,7 @@ fn a_dry_run_says_what_it_would_write_and_writes_nothing() {
     }
 }
 
-/// Without a browser, for none is in the empty folder that is searched for programs.
+/// Run without a browser: the search path is an empty folder.
 #[test]
 fn the_result_is_viewed_beside_the_source() {
     let (folder, path) = folder();

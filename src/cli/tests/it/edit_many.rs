@@ -5,7 +5,7 @@ use std::fs;
 use crate::at_root;
 use crate::program::Folder;
 
-/// Two motions, one without, and one to join them with.
+/// Two motions, a file without motion, and a motion to join.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
     let short = fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
@@ -47,7 +47,7 @@ fn a_second_motion_is_joined_with_each() {
     folder.succeeds("edit in -o out/ --step concat --with second.bvh --to bvh");
     folder.succeeds("edit in/a.bvh second.bvh -o alone.bvh --step concat");
     assert!(folder.read("out/a.bvh") == folder.read("alone.bvh"));
-    // The second is read anew where it is another.
+    // A changed second motion is read again.
     let command = "edit in -o out/ --step concat --with second.bvh --to bvh --resume";
     assert!(folder.succeeds(command).contains("2 done before"));
     folder.write("second.bvh", &fs::read(at_root("fixtures/real/cmu_short.bvh")).unwrap());
@@ -83,7 +83,8 @@ fn a_character_among_the_inputs_is_said_to_be_none() {
     assert!(folder.path("moved/a.bin").exists());
 }
 
-/// As `mocap convert` writes it: the buffer beside the text, or in it with `--embed`; a former output is replaced.
+/// Writes a `.gltf` as `mocap convert` does: the buffer in a separate file, or embedded with `--embed`. An earlier
+/// output is replaced.
 #[test]
 fn gltf_has_its_buffer_where_it_is_asked_for() {
     let folder = folder();
@@ -110,14 +111,14 @@ fn gltf_has_its_buffer_where_it_is_asked_for() {
         assert!(!keys(&text).is_empty());
         assert_eq!(keys(&text), keys(&format!("{name}_whole.gltf")));
     }
-    // A buffer of somebody else stays.
+    // A buffer of another program is not replaced.
     folder.write("other.bin", b"numbers");
     let said = folder.ends_with(1, "retarget in/a.bvh hero.gltf -o other.gltf");
     assert!(said.contains("other.bin: error[output-exists]"), "{said}");
     assert_eq!(folder.read("other.bin"), b"numbers");
 }
 
-/// What a file of bones says counts, and not its name.
+/// The contents of a file of bones count, not its name.
 #[test]
 fn a_map_that_has_changed_makes_its_outputs_anew() {
     let folder = folder();
@@ -151,7 +152,7 @@ fn shards_make_what_one_run_makes() {
     }
 }
 
-/// A job with a folder does what the command does that printed it.
+/// A job with a folder gives the same result as the command that printed the job.
 #[test]
 fn a_job_with_many_motions_makes_the_same_folder() {
     let folder = folder();
@@ -172,7 +173,7 @@ fn a_job_with_many_motions_makes_the_same_folder() {
         fs::remove_file(folder.path("job.json")).unwrap();
         fs::remove_dir_all(folder.path("out")).unwrap();
         for (path, bytes) in made {
-            // A manifest says how long the work took.
+            // Ignore the times in a manifest.
             if !path.to_string_lossy().contains("manifest") {
                 assert!(again.contains(&(path.clone(), bytes)), "{command}: {}", path.display());
             }

@@ -1,4 +1,4 @@
-//! What the exit codes mean, in every command: a table of commands by failures. `mocap --help` says the same.
+//! The meaning of the exit codes in every command: a table of commands and failures, as in `mocap --help`.
 
 use std::fs;
 use std::process::Command;
@@ -9,11 +9,11 @@ use crate::program::{Folder, STATE_HOME, words};
 /// A command with one motion, `IN`, and one output, `OUT`.
 struct Case {
     arguments: &'static str,
-    /// The extension of the output; empty where nothing is written.
+    /// The extension of the output; empty if the command writes nothing.
     extension: &'static str,
     /// Whether a file without motion is an error.
     needs_motion: bool,
-    /// The same for many motions, of which `bad` is one; empty where many motions go into one output.
+    /// The command for many motions, with the bad file `bad`; empty if many motions go into one output.
     many: &'static str,
 }
 
@@ -167,7 +167,7 @@ fn a_file_is_at_fault() {
             continue;
         }
         let unwritable = case.with(&folder, "w.bvh", &format!("none/{output}"));
-        // A folder of outputs is made.
+        // The folder of the outputs is created.
         if case.name() != "pack" {
             case.ends_with(&folder, 1, "an output that cannot be written", &unwritable);
             let input = format!("copy.{}", case.extension);
@@ -194,7 +194,7 @@ fn the_arguments_are_at_fault() {
         if case.name() != "run" {
             case.ends_with(&folder, 2, "a bad value", &format!("{good} --retime 0"));
             case.ends_with(&folder, 2, "a bad value", &format!("{good} --from xyz"));
-            // A file among many that has not this clip is a file that failed.
+            // A file without this clip, among many files, is a failed file.
             let status = if case.is_batch() { 1 } else { 2 };
             case.ends_with(&folder, status, "a clip that is not there", &format!("{good} --clip 7"));
             case.ends_with(
@@ -231,7 +231,7 @@ fn the_arguments_are_at_fault() {
     folder.refuses("run none.json", 1, "none.json");
 }
 
-/// Commands that take something else than a motion, and files beside it.
+/// Commands whose inputs are not motions, with their files.
 #[test]
 fn another_file_is_at_fault() {
     let folder = folder();
@@ -291,7 +291,7 @@ fn some_of_many_files_failed() {
             assert_eq!(output.status.code(), Some(1), "{all_bad}: {}", words(&output));
         }
     }
-    // Of motions on a character bad ones are left out; other inputs of one output make it, or not.
+    // `retarget` skips bad motions. For other commands, one bad input of a single output is an error.
     let output = folder.run("retarget v.bvh bad.bvh --character w.bvh -o some.glb");
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
     assert!(words(&output).contains("bad.bvh") && folder.path("some.glb").exists());
@@ -321,7 +321,7 @@ fn every_command_is_in_the_table() {
     }
 }
 
-/// `ulimit -f` stops a write as a full disk does; no signal may end the program.
+/// `ulimit -f` stops a write like a full disk. The signal must not end the program.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_an_error_and_no_signal() {
@@ -348,11 +348,11 @@ fn a_full_disk_is_an_error_and_no_signal() {
         let arguments = case.with(&folder, "w.bvh", &case.output());
         assert_eq!(limited(1, &arguments), Some(1), "{arguments}");
     }
-    // The outputs of all have a place, and their manifest has not.
+    // There is space for all outputs, but not for the manifest.
     assert_eq!(limited(8, "convert takes -o out"), Some(3));
 }
 
-/// `--force`, `--to` and `--quiet` are options of every command that writes; a quiet one says nothing.
+/// Every writing command has `--force`, `--to` and `--quiet`. With `--quiet` it prints nothing.
 #[test]
 fn every_command_that_writes_has_the_same_options() {
     let folder = folder();
@@ -363,7 +363,7 @@ fn every_command_that_writes_has_the_same_options() {
         }
         let arguments = format!("{} -q", case.with(&folder, "w.bvh", &case.output()));
         assert_eq!(folder.succeeds(&arguments), "", "{arguments}");
-        // The name of an output names its format.
+        // The name of the output determines its format.
         if !["robot", "pack"].contains(&case.name()) {
             let format = if case.extension == "html" {
                 "html"

@@ -17,7 +17,7 @@ fn written() -> Vec<(&'static FormatInfo, &'static str)> {
     written
 }
 
-/// The name of an option with a value that it takes, and others that it needs.
+/// An option with a valid value, and the other options that it needs.
 fn given(option: WriteOption) -> String {
     let value = match option {
         WriteOption::Mesh => "none",
@@ -41,12 +41,12 @@ fn given(option: WriteOption) -> String {
     format!("--{option} {value}").trim_end().to_owned()
 }
 
-/// What `convert` takes and refuses is what the rows say.
+/// `convert` accepts and rejects options according to the rows of the table.
 #[test]
 fn every_option_is_taken_or_refused_as_the_row_of_the_format_says() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     let mut counts = [0, 0];
-    // Each format with every third option, each option with every third format.
+    // Test every third combination of a format and an option.
     let parts = if is_all() { 1 } else { 3 };
     let first = Sample::new().below(parts);
     for (place, (row, extension)) in written().into_iter().enumerate() {
@@ -58,14 +58,14 @@ fn every_option_is_taken_or_refused_as_the_row_of_the_format_says() {
             let arguments = format!("convert cmu_short.bvh new.{extension} --force {}", given(option));
             match row.refusal(option, extension) {
                 Some(refusal) => {
-                    // The library calls options as Rust does.
+                    // Library messages have Rust's names of options.
                     let name = format!("`{}`", option.as_str().replace('-', "_"));
                     let message = refusal.message.replacen(&name, &format!("--{option}"), 1);
                     assert!(
                         message.starts_with(&format!("--{option} has no effect on ")),
                         "{refusal:?}"
                     );
-                    // Of two options that have no effect, the first is named.
+                    // If two options have no effect, the error names the first.
                     let is_alone = option != WriteOption::ShellDistance || row.takes(WriteOption::MaxError);
                     let reason = if is_alone {
                         message.as_str()
@@ -85,7 +85,7 @@ fn every_option_is_taken_or_refused_as_the_row_of_the_format_says() {
     assert!(counts.into_iter().all(|count| count > 10), "{counts:?}");
 }
 
-/// What is written stands in the row alone: the program's lists are made from it.
+/// The table is the only list of written formats: the program's lists are made from it.
 #[test]
 fn the_lists_of_the_program_are_those_of_the_table() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);

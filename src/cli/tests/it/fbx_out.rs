@@ -82,7 +82,7 @@ fn textures_stand_beside_the_file_by_choice() {
     assert_eq!((again.warnings.len(), again.textures.len()), (0, 1));
     assert_eq!(again.textures[0].bytes, embedded.textures[0].bytes);
     assert!(!folder.read("out.fbx").windows(4).any(|bytes| bytes == b"IHDR"));
-    // Once more, for the same bytes are there; but another image is not replaced, and then nothing is.
+    // A second run succeeds, because the bytes are equal. If an image differs, nothing is replaced.
     folder.succeeds(&convert);
     fs::write(&image, b"of somebody else").unwrap();
     folder.refuses(&convert, 1, "output-exists");

@@ -1,4 +1,4 @@
-//! `--fps` makes new frames at the same speed, `--retime` plays the same frames at another speed: in every command.
+//! In every command, `--fps` resamples at the same speed, and `--retime` changes the playback speed.
 
 use mocap::gltf::BufferPlace;
 use mocap::verify::Verifier;
@@ -7,7 +7,7 @@ use mocap::{Conversion, Exporter, Importer, Scene};
 use crate::at_root;
 use crate::program::Folder;
 
-/// 75 frames at 120 a second.
+/// 75 frames at 120 frames per second.
 fn folder() -> Folder {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     folder.write(
@@ -17,7 +17,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// Frames a second, and how many there are, of a command whose output is `out.glb`.
+/// The frame rate and the number of frames of a command's output `out.glb`.
 fn frames(folder: &Folder, arguments: &str) -> (f64, usize) {
     folder.succeeds(arguments);
     let scene = mocap::import(folder.path("out.glb")).unwrap();
@@ -49,7 +49,7 @@ fn the_rate_has_one_meaning_in_every_command_that_writes_motion() {
         assert_eq!(rate, 120.0, "{command}");
         assert!([74, 75].contains(&count), "{command}: {count}");
         let seconds = (count - 1) as f64 / 120.0;
-        // Every fourth frame; what is left of one is lost.
+        // Every fourth frame; an incomplete interval at the end is lost.
         let fewer = (seconds * 30.0 + 1e-3).floor() as usize + 1;
         assert_eq!(frames(&folder, &with("--fps 30")), (30.0, fewer), "{command}");
         assert_eq!(frames(&folder, &with("--retime 30")), (30.0, count), "{command}");
@@ -111,13 +111,13 @@ fn verify_knows_both() {
             folder.succeeds(&format!("verify cmu_short.bvh {name}"));
         }
     }
-    // Without a file beside it, BVH says nothing, and the caller does.
+    // Without a sidecar, BVH does not record the rate, so the caller states it.
     folder.succeeds("convert cmu_short.bvh slow.bvh --retime 30");
     folder.refuses("verify cmu_short.bvh slow.bvh", 1, "ends at");
     folder.succeeds("verify cmu_short.bvh slow.bvh --retime 30");
 }
 
-/// Two clips of other rates are one rate after it, and each is compared with its own.
+/// Two clips with different rates get one rate. Each is compared with its source.
 #[test]
 fn every_clip_of_a_file_is_retimed() {
     let folder = folder();
@@ -137,11 +137,11 @@ fn every_clip_of_a_file_is_retimed() {
     two.metadata.up = Some(mocap::scene::UpAxis::Y);
     let exporter = Exporter::new().buffer(BufferPlace::Embedded);
     let bytes = exporter.write_as(&two, "two.gltf").unwrap().into_bytes().unwrap();
-    // Where a file says its rate, all clips have it.
+    // If a file states its rate, all clips have this rate.
     let mut json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
     json["asset"].as_object_mut().unwrap().remove("extras");
     folder.write("two.gltf", json.to_string().as_bytes());
-    // The rate that the first clip has already.
+    // The rate of the first clip.
     folder.succeeds("convert two.gltf out.glb --retime 24 --verify");
     let verified = Verifier::new()
         .files(folder.path("two.gltf"), folder.path("out.glb"))

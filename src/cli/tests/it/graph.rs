@@ -19,7 +19,7 @@ fn clips_of_several_skeletons_are_put_on_one_body() {
     let graph = MotionGraph::from_json(&text).unwrap();
     assert_eq!(graph.body.as_ref().map(|body| body.0.as_str()), Some("cmu_short.bvh"));
     assert_eq!(graph.to_json(), text);
-    // Some transition leads from the one skeleton's motion to the other's.
+    // A transition leads from the motion of one skeleton to the motion of the other.
     assert!(
         graph
             .transitions
@@ -40,7 +40,7 @@ fn clips_of_several_skeletons_are_put_on_one_body() {
     );
 }
 
-/// The command, the job that it prints, and the job in memory make the same files; a job makes a walk of clips at once.
+/// The command, its printed job and the job in memory make the same files. A job can make a walk directly from clips.
 #[test]
 fn graphs_and_walks_are_jobs() {
     let folder = Folder::of_real(&["cmu_12_01_walk.bvh"]);

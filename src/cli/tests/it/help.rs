@@ -1,4 +1,4 @@
-//! The helps: the list of commands, and what each command shows first.
+//! Help texts: the list of commands, and the first options of each command.
 
 use std::fs;
 use std::process::Stdio;
@@ -50,12 +50,12 @@ fn the_short_help_of_the_program_has_40_lines() {
             command.get_name()
         );
     }
-    // Without arguments the same is said.
+    // The program without arguments prints the same help.
     let without = folder.run("");
     assert!(words(&without).lines().count() <= MOST_LINES, "{}", words(&without));
 }
 
-/// The commands with their words, also those of commands.
+/// All commands and subcommands with their words.
 fn commands() -> Vec<(String, Command)> {
     fn add(command: &Command, before: &str, all: &mut Vec<(String, Command)>) {
         for command in command.get_subcommands() {
@@ -75,11 +75,11 @@ fn commands() -> Vec<(String, Command)> {
     all
 }
 
-/// The names of the options that a help lists, in its order.
+/// The options of a help text, in order.
 fn options(help: &str) -> Vec<&str> {
     let named = help.lines().filter_map(|line| match line.strip_prefix("      --") {
         Some(name) => Some(name),
-        // With a letter, as in `  -o, --output`.
+        // Options with a letter, such as ` -o, --output`.
         None => line.strip_prefix("  -")?.get(1..)?.strip_prefix(", --"),
     });
     named
@@ -118,7 +118,7 @@ fn a_short_help_has_40_lines_and_the_options_that_are_used_most() {
         let all: Vec<&str> = options(&long);
         assert_eq!(all[..guide.options.len()], *guide.options, "{name}");
     }
-    // The output comes first where a command has one; only what a command cannot do without may come before it.
+    // The output option comes first, after required options.
     for guide in GUIDES {
         let place = guide.options.iter().position(|name| *name == "output");
         assert!(
@@ -193,7 +193,7 @@ fn folder_of_examples() -> Folder {
     folder
 }
 
-/// What every help shows works. Those that send or wait for a stream are parsed alone.
+/// Every example in the help works. Examples that send or wait for a stream are only parsed.
 #[test]
 fn every_example_works() {
     let folder = folder_of_examples();
@@ -221,7 +221,7 @@ fn every_example_works() {
     assert_eq!(examples(&first).len(), 2, "{first}");
 }
 
-/// Every shell completes commands and options; bash is asked, where it is there.
+/// Every shell has completions of commands and options. The test runs bash if it is installed.
 #[test]
 fn shells_complete_commands_and_options() {
     let folder = Folder::with(&[]);
@@ -277,7 +277,7 @@ fn every_command_has_a_manual_page() {
     folder.refuses("man conver", 2, "there is no command conver; did you mean convert?");
 }
 
-/// A quiet check names the files alone of which there is something to say.
+/// A quiet check only prints files with problems.
 #[test]
 fn a_quiet_check_says_nothing_of_good_files() {
     let folder = Folder::of_real(&["lecture_Test.bvh", "brekel_wrong_row_length.bvh"]);

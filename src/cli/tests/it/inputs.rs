@@ -1,4 +1,4 @@
-//! Which files folders and wildcards name: links, loops, strange names.
+//! The files that folders and wildcards find: links, loops, unusual names.
 
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
@@ -19,7 +19,7 @@ fn rows(folder: &Folder, name: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// With one such link a search for wildcards found the file in 41 ways, with two it never ended.
+/// With one such link, a wildcard search once found the file by 41 paths. With two links it never ended.
 #[test]
 fn a_link_to_its_own_folder_gives_no_output_twice() {
     let folder = Folder::with(&["in/a.bvh"]);
@@ -28,7 +28,7 @@ fn a_link_to_its_own_folder_gives_no_output_twice() {
     let start = Instant::now();
     for (number, inputs) in ["in", "in/**/*.bvh", "in/**", "i?"].iter().enumerate() {
         let output = folder.run(&format!("convert {inputs} -o out{number}"));
-        // Each link is told as a row, and what it leads to has its output.
+        // Each link has a row, and its target has an output.
         assert_eq!(output.status.code(), Some(3), "{inputs}: {}", words(&output));
         let rows = rows(&folder, &format!("out{number}"));
         let (done, told): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, error)| error.is_empty());
@@ -46,7 +46,7 @@ fn a_link_to_its_own_folder_gives_no_output_twice() {
     assert!(start.elapsed() < Duration::from_secs(60));
 }
 
-/// Data sets are often linked into a folder. The folder itself comes before a link to it, whatever their names.
+/// Datasets are often linked into a folder. The folder itself comes before a link to it, with any names.
 #[test]
 fn links_to_data_elsewhere_are_followed_once() {
     let folder = Folder::with(&["data/set/a.bvh", "in/own/b.bvh"]);
@@ -62,12 +62,12 @@ fn links_to_data_elsewhere_are_followed_once() {
         assert!(said.contains("in/a_link, in/twice"), "{said}");
         fs::remove_dir_all(folder.path("out")).unwrap();
     }
-    // A wildcard that matches the link alone reads it under this name.
+    // A wildcard that only matches the link reads the folder by the name of the link.
     folder.succeeds("convert in/a_*/*.bvh -o out");
     assert_eq!(rows(&folder, "out")[0].0, "a_link/b.bvh");
 }
 
-/// Only Linux has such names.
+/// Only Linux allows such names.
 #[cfg(target_os = "linux")]
 #[test]
 fn names_that_look_alike_are_two_files() {
@@ -103,7 +103,7 @@ fn names_that_look_alike_are_two_files() {
     }
 }
 
-/// A pipe that nobody writes to would be waited for.
+/// A pipe without a writer would block the program.
 #[test]
 fn pipes_in_a_folder_are_no_inputs() {
     let folder = Folder::with(&["in/a.bvh"]);

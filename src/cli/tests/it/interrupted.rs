@@ -1,9 +1,9 @@
-//! Every command that writes files, killed and on a full disk: an output is new and whole, old and whole,
-//! or absent, no input changes, and no temporary file stays.
+//! Every command that writes files, killed and on a full disk. An output is complete (new or old) or absent. No input
+//! changes, and no temporary file remains.
 //!
-//! A disk of its own would need rights that a test has not. A limit on the size of files (`ulimit -f`) stops the write
-//! at the same byte every time, as a full disk does. Besides, SIGKILL comes at several moments of a run, and as soon as
-//! a file that is written has some of its bytes.
+//! A separate disk would need permissions that a test lacks. A limit on file sizes (`ulimit -f`) stops writing at the
+//! same byte every time, like a full disk. The tests also send SIGKILL at several times of a run, and as soon as an
+//! output has some of its bytes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,8 +15,8 @@ use crate::at_root;
 use crate::program::{STATE_HOME, command_in, words};
 use crate::sample::Sample;
 
-/// Commands that write no file unless the shell is told to, `mcp`, which does the jobs of others, and `record`, which
-/// needs a sender: `live.rs` ends it.
+/// Commands that write no file by themselves, `mcp`, which runs other commands, and `record`, which needs a sender and
+/// is tested in `live.rs`.
 const WRITE_NOTHING: &[&str] = &[
     "verify",
     "score",
@@ -40,11 +40,11 @@ const WRITE_NOTHING: &[&str] = &[
 
 struct Case {
     arguments: &'static str,
-    /// Commands that make the folder that the command needs.
+    /// Commands that prepare the folder for the command.
     before: &'static [&'static str],
     /// Whether the outputs are a folder.
     many: bool,
-    /// The file that refers to the other files of the output, if there are several.
+    /// The main file of an output with several files, which refers to the others.
     main: Option<&'static str>,
 }
 
@@ -183,7 +183,7 @@ fn inputs(source: &str) -> Files {
     let job =
         r#"{"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "out.gltf", "force": true}}"#;
     files.insert("job.json".into(), job.into());
-    // A character whose texture is as large as a motion; nobody looks at the picture.
+    // A character with a texture as large as a motion. The pixels do not matter.
     let hero = fs::read_to_string(at_root("fixtures/made/two_bones_textured.gltf")).unwrap();
     let mut hero: serde_json::Value = serde_json::from_str(&hero).unwrap();
     hero["images"][0] = serde_json::json!({"uri": "hero.png", "name": "skin"});
@@ -204,7 +204,7 @@ fn succeeds(folder: &Path, arguments: &str) {
     assert!(output.status.success(), "{arguments}: {}", words(&output));
 }
 
-/// Runs a command that may write no file beyond a size, in units of 1024 bytes.
+/// Runs a command with a limit on file sizes, in units of 1024 bytes.
 fn limited(folder: &Path, arguments: &str, blocks: usize) -> Output {
     Command::new("bash")
         .args(["-c", &format!("ulimit -f {blocks}; exec \"$@\""), "bash"])
@@ -216,8 +216,8 @@ fn limited(folder: &Path, arguments: &str, blocks: usize) -> Output {
         .unwrap()
 }
 
-/// Whether a process has more than some bytes in a file that it writes below a folder, also one without a name. Only
-/// Linux tells; elsewhere the process is killed at once.
+/// Whether a process has written some bytes to a file below a folder, including unnamed files. Only Linux shows this;
+/// on other systems the process is killed immediately.
 fn has_written(process: u32, folder: &Path, bytes: usize) -> bool {
     if cfg!(not(target_os = "linux")) {
         return true;
@@ -245,7 +245,7 @@ fn is_unfinished(path: &Path) -> bool {
     path.file_name().unwrap().to_string_lossy().contains(".unfinished-")
 }
 
-/// A manifest grows line by line, and says how long a file took.
+/// A manifest grows line by line, and its times differ between runs.
 fn is_manifest(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "jsonl")
 }
@@ -257,7 +257,7 @@ struct CommandCase<'a> {
     /// The inputs and the outputs of another run.
     old: Files,
     new: Files,
-    /// How long the command takes.
+    /// The duration of the command.
     duration: Duration,
 }
 
@@ -277,7 +277,7 @@ impl<'a> CommandCase<'a> {
         let (inputs, new, duration) = run("cmu_short.bvh");
         old.extend(inputs.clone());
         if !case.before.is_empty() {
-            // The outputs of another run have inputs of their own.
+            // The outputs of another run have other inputs.
             old = inputs.clone();
         }
         Self {
@@ -301,11 +301,11 @@ impl<'a> CommandCase<'a> {
                 let (whole, rest) = text.split_at(text.rfind('\n').map_or(0, |end| end + 1));
                 let is_json = |line: &str| serde_json::from_str::<serde_json::Value>(line).is_ok();
                 assert!(whole.lines().all(is_json), "{how}: {text}");
-                // The line at which the process was stopped.
+                // Ignore the partial line at which the process stopped.
                 assert!(!rest.contains('\n'), "{how}: {text}");
                 continue;
             }
-            // The list of clips has those that failed too.
+            // The list of clips also has the failed clips.
             if self.case.many && path.ends_with("out.html") {
                 assert!(bytes.trim_ascii_end().ends_with(b"</html>"), "{how}: a part of a list");
                 continue;
@@ -324,7 +324,7 @@ impl<'a> CommandCase<'a> {
                 path.display()
             );
         }
-        // A manifest of a shard is gone only where its lines are in that of the folder.
+        // A shard's manifest may only be removed after its lines are in the folder's manifest.
         let is_merged = found.contains_key(Path::new("out/mocap-manifest.jsonl"));
         for path in self.inputs.keys().filter(|path| !self.new.contains_key(*path)) {
             assert!(
@@ -333,7 +333,8 @@ impl<'a> CommandCase<'a> {
                 path.display()
             );
         }
-        // Where the file is that refers to the others, all are of one run. A file that is alike in both tells of none.
+        // If the main file exists, all files come from one run. Files that are equal in both runs do not show which
+        // run.
         let has_main = self.case.main.is_some_and(|main| age.contains_key(Path::new(main)));
         let has_changed =
             |path: &&PathBuf| !self.inputs.contains_key(*path) && before.get(*path) != self.new.get(*path);
@@ -350,10 +351,10 @@ impl<'a> CommandCase<'a> {
         }
     }
 
-    /// Checks that a command that is run again after an interrupted one repairs everything.
+    /// Checks that running the command again after an interruption repairs everything.
     fn check_again(&self, folder: &Path, how: &str) {
         let how = format!("{}, {how}", self.case.arguments);
-        // A merge that was nearly done has nothing left to do.
+        // An almost finished merge may have nothing left to do.
         if self.case.before.is_empty() || files(folder) != self.new {
             succeeds(folder, self.case.arguments);
         }
@@ -421,7 +422,7 @@ impl<'a> CommandCase<'a> {
         }
     }
 
-    /// Sizes of files, in units of 1024 bytes, below that of the largest output.
+    /// File sizes below the size of the largest output, in units of 1024 bytes.
     fn limits(&self) -> [usize; 2] {
         let outputs = self.new.iter().filter(|(path, _)| !self.inputs.contains_key(*path));
         let largest = outputs.map(|(_, bytes)| bytes.len()).max().unwrap();

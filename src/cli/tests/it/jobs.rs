@@ -1,4 +1,4 @@
-//! Jobs: what a command line means, done by `mocap run`.
+//! Jobs: `mocap run` gives the same result as the command line.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use mocap::job::Job;
 use crate::program;
 use crate::sample::Sample;
 
-/// Command lines that do a job; OUT is a folder of the run.
+/// Command lines with a job; OUT is a folder of the run.
 const LINES: &[&str] = &[
     "convert fixtures/real/cmu_short.bvh OUT/a.glb",
     "convert fixtures/real/cmu_short.bvh OUT/a.gltf --embed --keep-constant --mesh segmented --force",
@@ -61,7 +61,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// What `--print-job` gives for a command of `mocap --help`, by the least arguments that it takes.
+/// The output of `--print-job` for each command of `mocap --help`, with the fewest arguments.
 #[test]
 fn every_command_prints_its_job_or_says_why_it_has_none() {
     const JOBS: [(&str, &str); 8] = [
@@ -105,8 +105,8 @@ fn every_command_prints_its_job_or_says_why_it_has_none() {
     }
 }
 
-/// A command line and the job that it prints write the same files, byte for byte. Every third is tried, of each command
-/// one at least.
+/// A command line and its printed job write the same bytes. The test tries every third command line, and at least one
+/// of each command.
 #[test]
 fn a_command_and_its_job_write_the_same() {
     let lines = Sample::new().some(LINES, 3);
@@ -146,7 +146,7 @@ fn a_command_and_its_job_write_the_same() {
     }
 }
 
-/// What is printed is read as the job that was printed.
+/// The printed text parses to the same job.
 #[test]
 fn a_job_survives_its_json() {
     for line in LINES {

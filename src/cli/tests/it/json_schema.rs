@@ -1,4 +1,4 @@
-//! What `--json` prints is what `docs/json.schema.json` says, for every command.
+//! The output of `--json` of every command fits `docs/json.schema.json`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,10 +17,10 @@ use crate::{at_root, cut};
 
 const DOCUMENT: &str = "../../docs/json.schema.json";
 
-/// Commands without `--json`: the protocol of `mcp` is JSON already.
+/// Commands without `--json`: the protocol of `mcp` is already JSON.
 const WITHOUT: [&str; 1] = ["mcp"];
 
-/// A line for each shape that a command prints.
+/// A command line for each shape of output.
 const LINES: [&str; 41] = [
     "convert walk.bvh a.glb --json --max-error 1mm --verify",
     "convert walk.bvh a.npz --json --to amass",
@@ -164,7 +164,7 @@ fn what_is_printed_is_as_the_schema_says() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// The two ends of a stream: what is played to a recorder, and to a character.
+/// The two ends of a stream: playing to a recorder, and to a character.
 #[test]
 fn what_streams_print_is_as_the_schema_says() {
     let (folder, schema) = (folder(), published());
@@ -199,7 +199,7 @@ fn what_streams_print_is_as_the_schema_says() {
     }
 }
 
-/// A value that is not as the schema says is found.
+/// The test finds a value that violates the schema.
 #[test]
 fn the_check_finds_what_is_wrong() {
     let schema = published();
@@ -225,8 +225,8 @@ fn check(schema: &Value, command: &str, value: &Value) {
     }
 }
 
-/// What is wrong with a value, by the keywords that our schema has. A property that the schema does not name is wrong,
-/// so that nothing is printed that it leaves out.
+/// The violations of the schema by a value, for the keywords of our schema. An unknown property is a violation, so that
+/// the schema is complete.
 fn problem(schema: &Value, value: &Value, root: &Value) -> Option<String> {
     let Value::Object(keywords) = schema else {
         return (schema == &Value::Bool(false)).then(|| format!("{value} is not allowed"));

@@ -1,4 +1,4 @@
-//! A character that `convert` and `edit` write as glTF: everything but its animations is as it was.
+//! A character written as glTF by `convert` and `edit`: everything except the animations is unchanged.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use serde_json::Value;
 /// An accessor, and the bytes of its views.
 type Accessor = (Value, Vec<Vec<u8>>);
 
-/// A file as an own reader of the container sees it: the JSON and the bytes of each buffer.
+/// A file read by the test's own reader: the JSON and the bytes of each buffer.
 struct File {
     json: Value,
     buffers: Vec<Vec<u8>>,
@@ -63,7 +63,7 @@ impl File {
         (accessor, bytes)
     }
 
-    /// All that is no animation, with the contents of accessors and images.
+    /// Everything except animations, with the contents of accessors and images.
     fn rest(&self, path: &Path) -> (Value, Vec<Accessor>, Vec<Vec<u8>>) {
         let mut json = self.json.clone();
         let mut accessors = Vec::new();
@@ -121,7 +121,7 @@ fn contents(uri: &str, path: &Path) -> Vec<u8> {
     }
 }
 
-/// Characters with a mesh, a skin and textures, one of VRM, one as text; each with two motions put on it.
+/// Characters with a mesh, a skin and textures, including a VRM and a `.gltf`, each with two retargeted motions.
 fn characters(folder: &Folder) -> Vec<PathBuf> {
     let names = ["human_vrm0.vrm", "human_game_engine.glb"];
     let mut made = Vec::new();
@@ -173,7 +173,7 @@ fn channels_of_morph_targets_that_go_are_counted() {
     assert!(said.contains("which are dropped: 1"), "{said}");
 }
 
-/// A skeleton alone has no place for morph targets.
+/// A skeleton without meshes cannot store morph targets.
 #[test]
 fn curves_of_morph_targets_that_are_lost_are_counted() {
     let folder = Folder::of_real(&[]);
@@ -272,7 +272,7 @@ fn a_smaller_file_has_lost_the_keys_that_were_replaced() {
     done(&["convert", character.to_str().unwrap(), small_name, "--max-error", "1mm"]);
     let (keys, left) = (length(&character) - original, length(&small) - original);
     assert!(left < keys / 2, "{left} bytes of {keys}");
-    // And again: nothing of the first output stays behind.
+    // A second run leaves no file of the first output.
     let again = folder.path("again.vrm");
     done(&["convert", small_name, again.to_str().unwrap()]);
     done(&[
@@ -373,7 +373,7 @@ fn the_library_keeps_it_too() {
         .into_bytes()
         .unwrap();
     assert_eq!(bytes, fs::read(at_root("fixtures/characters/human_vrm0.vrm")).unwrap());
-    // What this program has drawn of a skeleton is no mesh to keep.
+    // A skeleton mesh that mocap drew is not kept.
     let mut drawn = mocap::import(at_root("fixtures/real/cmu_short.bvh")).unwrap();
     mocap::Conversion::new().apply(&mut drawn).unwrap();
     let glb = Exporter::new()

@@ -1,4 +1,4 @@
-//! Lengths on the command line: a number needs its unit, for `1` would be a metre. Times take theirs.
+//! Lengths on the command line need a unit, because `1` would be a metre. Times may have a unit.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use mocap_cli::internals::Args;
 
 use crate::program::{Folder, words};
 
-/// What is wrong with the value of an argument.
+/// The error of an argument's value.
 fn refusal(arg: &Arg, value: &str) -> Option<String> {
     let parser = arg.get_value_parser().clone();
     let alone = Command::new("it").arg(Arg::new("value").value_parser(parser));
@@ -68,7 +68,7 @@ fn every_length_of_a_step_needs_its_unit() {
         }
     }
     assert!(tried >= 4, "{tried}");
-    // A step is printed as a command line takes it.
+    // A step is printed in the form of the command line.
     let printed = "foot-lock:height=5cm,largest-change=2cm"
         .parse::<EditStep>()
         .unwrap()
@@ -98,7 +98,7 @@ fn a_bare_length_stops_a_command_and_metres_in_a_job_do_not() {
     assert!(folder.read("job.glb") == folder.read("line.glb"));
 }
 
-/// Above 5 cm a bound is questioned, and kept.
+/// An error bound above 5 cm gives a warning, and is used.
 #[test]
 fn a_large_error_is_questioned() {
     let folder = Folder::of_real(&["lecture_Test.bvh"]);

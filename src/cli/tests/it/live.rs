@@ -12,7 +12,7 @@ use mocap::live::VmcMotion;
 use crate::cut;
 use crate::program::{Folder, command_in};
 
-/// Records into `output` what `send` sends to a port, and ends that by a signal. Returns the messages.
+/// Records the packets of `send` into `output`, and ends the recording by a signal. Returns the messages.
 fn recorded(folder: &Folder, output: &str, send: impl FnOnce(&str)) -> String {
     let mut recorder = command_in(&folder.path(""), &format!("record vmc:0 -o {output}"));
     let mut recorder = recorder.stderr(Stdio::piped()).spawn().unwrap();
@@ -31,7 +31,7 @@ fn recorded(folder: &Folder, output: &str, send: impl FnOnce(&str)) -> String {
     rest
 }
 
-/// A jump of the sender's clock by hours loses nothing, also in a format that has a row for every frame.
+/// A jump of the sender's clock by hours loses no data, even in a format with a row for every frame.
 #[test]
 fn a_take_is_kept_across_a_jump_of_the_senders_clock() {
     const FRAMES: usize = 20;
@@ -61,7 +61,7 @@ fn a_take_is_kept_across_a_jump_of_the_senders_clock() {
     assert!((0.2..10.0).contains(&seconds), "{seconds}");
 }
 
-/// A recording that is ended by a signal is whole, with every frame that was played to it.
+/// A recording that a signal ends is complete, with every played frame.
 #[test]
 fn what_is_played_is_recorded_until_a_signal() {
     const FRAMES: usize = 20;

@@ -7,7 +7,7 @@ use mocap::{Format, FormatInfo};
 
 use crate::at_root;
 
-/// The formats that are read, and whose files can be something else than motions: robots, skeletons, arrays, tables.
+/// Readable formats whose files may not be motions: robots, skeletons, arrays, tables.
 const OTHERS: [Format; 10] = [
     Format::Urdf,
     Format::Mjcf,
@@ -26,7 +26,7 @@ fn the_action_and_the_hooks_check_every_motion_format() {
     let rows = FormatInfo::ALL
         .iter()
         .filter(|row| !row.reading.starts_with("no") && !OTHERS.contains(&row.format));
-    // A skeleton of Acclaim is read with its motion.
+    // An Acclaim skeleton is read together with its motion.
     let extensions = rows
         .flat_map(|row| row.extensions)
         .filter(|extension| **extension != "asf");

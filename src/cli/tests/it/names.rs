@@ -12,7 +12,7 @@ fn joints_of_bvh(text: &str) -> Vec<&str> {
     named.map(str::trim).collect()
 }
 
-/// The command line: the words, a file, a second `verify`, and what it refuses.
+/// The command line: words, a file, `verify`, and rejected values.
 #[test]
 fn the_program_takes_words_and_files() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);

@@ -1,4 +1,4 @@
-//! Every command gives one ground and one map of bones for one file.
+//! All commands find the same ground and the same bones for a file.
 
 use mocap::Importer;
 use mocap::figure::Figure;
@@ -20,10 +20,10 @@ const FILES: [&str; 8] = [
     "real/cmu_02_01.amc",
 ];
 
-/// Frames of each file that are tried.
+/// The tested frames of each file.
 const FRAMES: usize = 200;
 
-/// Humanoids of more than ten sources.
+/// Humanoids from more than ten sources.
 const GROUNDS: [&str; 29] = [
     "real/additive_root_pose.bvh",
     "real/additive_root_walk.bvh",
@@ -56,7 +56,7 @@ const GROUNDS: [&str; 29] = [
     "characters/arnaud.fbx",
 ];
 
-/// Long takes of these, of which the first frames are files of their own.
+/// Long takes among these, whose first frames are also separate files.
 const BEGINNINGS: [&str; 11] = [
     "real/cmu_01_01.bvh",
     "real/cmu_12_01_walk.bvh",
@@ -71,7 +71,7 @@ const BEGINNINGS: [&str; 11] = [
     "real/z_up_dab.bvh",
 ];
 
-/// The number of a key in the JSON within a page; `None` where it is absent or null.
+/// The number of a key in a page's JSON; `None` if it is absent or null.
 fn number_of(page: &str, key: &str) -> Option<f64> {
     let key = format!("\"{key}\":");
     let start = page.find(&key)? + key.len();
@@ -79,7 +79,7 @@ fn number_of(page: &str, key: &str) -> Option<f64> {
     page[start..start + end].trim().parse().ok()
 }
 
-/// The bones and the T-pose of the figure in what every command says of them.
+/// The bones and the T-pose of the figure in the output of every command.
 #[test]
 fn every_command_has_one_map() {
     let mut random = Sample::new();
@@ -113,19 +113,19 @@ fn every_command_has_one_map() {
     }
 }
 
-/// The height of the ground in metres, as `skeleton` says it.
+/// The height of the ground in metres, from `skeleton`.
 fn ground_of(folder: &Folder, file: &str) -> f64 {
     let said: Value = serde_json::from_slice(&folder.run(&format!("skeleton {file} --json")).stdout).unwrap();
     said["floor"]["value"].as_f64().unwrap() * said["unit"]["metres"].as_f64().unwrap()
 }
 
-/// The height of the ground of forty files, as ten commands give it, in metres.
+/// The height of the ground in forty files, from ten commands, in metres.
 #[test]
 fn ten_commands_have_one_ground() {
-    /// A file that is written has rounded numbers.
+    /// A written file has rounded numbers.
     const WRITTEN: f64 = 1e-3;
     const SAME: f64 = 1e-4;
-    /// One of so many files is tried.
+    /// The test tries one of this number of files.
     const PARTS: usize = 8;
     let whole = GROUNDS.map(|file| (file, None));
     let beginnings = BEGINNINGS.map(|file| (file, Some(FRAMES / 2)));
@@ -155,20 +155,20 @@ fn ten_commands_have_one_ground() {
         is_ground("view", number_of(&page, "floor").unwrap(), SAME);
         folder.succeeds(&format!("survey {input} -o survey.jsonl --html survey.html"));
         let survey = String::from_utf8(folder.read("survey.html")).unwrap();
-        // A clip of one frame has no moving figure.
+        // A clip with one frame has no moving figure.
         if let Some(height) = number_of(&survey, "floor") {
             is_ground("survey", 0.01 * height, SAME);
         }
         folder.succeeds(&format!("clean {input} -o cleaned.glb --report report.json"));
         let report = String::from_utf8(folder.read("report.json")).unwrap();
-        // Where no foot is ever slow, `clean` measures no floor.
+        // If no foot is ever slow, `clean` measures no floor.
         if let Some(height) = number_of(&report[report.find("\"before\"").unwrap()..], "floor_height") {
             is_ground("clean", height, SAME);
         }
         let grounded = folder.run(&format!("edit {input} -o grounded.glb --step ground --json"));
         let changed: Value = serde_json::from_slice(&grounded.stdout).unwrap();
         let changed = &changed[0]["changed"];
-        // Slope and drift are taken out before the height is measured.
+        // Slope and drift are removed before the height is measured.
         if let (Some(height), true, true) = (
             changed["height"].as_f64(),
             changed["slope"].is_null(),

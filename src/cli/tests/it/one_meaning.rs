@@ -1,4 +1,4 @@
-//! One grammar: an option that several commands have takes the same value in each, and `docs/options.md` lists them.
+//! An option of several commands takes the same values in each. `docs/options.md` lists these options.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use mocap_cli::internals::{Args, arranged};
 
 const DOCUMENTS: [&str; 2] = ["../../docs/options.md", "../../docs/options-of-one-command.md"];
 
-/// Options whose values differ between commands on purpose, and why.
+/// Options whose values intentionally differ between commands, with reasons.
 const DIFFERENT: [(&str, &str); 1] = [(
     "threshold",
     "how much is too much: the distance of two poses, or the size of a defect",
@@ -22,10 +22,10 @@ const OTHERS: [(&str, &str); 4] = [
     ("man", "COMMAND"),
 ];
 
-/// Options that name the body onto which motions go.
+/// Options that name the body to which motions are retargeted.
 const TARGETS: [&str; 3] = ["character", "robot", "to-skeleton"];
 
-/// An option as a command has it.
+/// An option of a command.
 struct Use {
     command: String,
     value: String,
@@ -70,7 +70,7 @@ fn commands(command: &Command, words: &str) -> Vec<(String, Command)> {
         .collect()
 }
 
-/// An input is `INPUT`, the body onto which a motion goes `TARGET`, an output `OUTPUT`.
+/// Inputs are called `INPUT`, the bodies to which motions are retargeted `TARGET`, and outputs `OUTPUT`.
 #[test]
 fn inputs_targets_and_outputs_have_one_word_each() {
     let (mut counts, all) = ([0; 3], commands(&arranged(Args::command()), ""));
@@ -105,7 +105,7 @@ fn inputs_targets_and_outputs_have_one_word_each() {
         }
     }
     assert!(counts.iter().all(|count| *count > 8), "{counts:?}");
-    // The former names still work.
+    // The old names still work.
     for (line, name, id) in [
         ("convert a.bvh --out-dir b/", "convert", "out_dir"),
         ("graph a.bvh -o a.json --on b.bvh", "graph", "on"),
@@ -131,7 +131,7 @@ fn an_option_takes_the_same_value_in_every_command() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Lists of commands that are longer have a number in the table of groups.
+/// A longer list of commands is replaced by the number of its group.
 const LONGEST_LIST: usize = 6;
 
 const SHARED: &str = "# Options

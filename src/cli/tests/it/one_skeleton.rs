@@ -1,4 +1,4 @@
-//! Motions of one skeleton have one T-pose: those of a folder, those of one output, and a part and the whole.
+//! Motions of one skeleton have one T-pose: in a folder, in one output, and in a part of a motion.
 
 use std::fs;
 
@@ -10,15 +10,15 @@ use crate::at_root;
 use crate::cut;
 use crate::program::Folder;
 
-/// A file whose rest pose says nothing, and frames of it that say little: with them alone, forearms are rolled by 90
-/// degrees and more against the whole.
+/// A file without evidence in its rest pose, and a part with little evidence. From this part alone, forearms would be
+/// rolled by 90 degrees or more against the whole motion.
 const FILE: &str = "fixtures/skeletons/animics_all_along_z.bvh";
 const PART: std::ops::Range<usize> = 36..56;
 
 /// The largest difference in the law of cuts, in degrees.
 const LAW: f32 = 2.0;
 
-/// A folder with the whole motion, the part, and a character beside them.
+/// A folder with the whole motion, the part, and a character.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
     let whole = fs::read_to_string(at_root(FILE)).unwrap();
@@ -29,7 +29,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// How far the bones of a clip of a part are from those of the whole in the world, at most, in degrees.
+/// The largest angle between the bones of the part and the bones of the whole motion in the world, in degrees.
 fn off(whole: &Scene, part: (&Scene, usize)) -> f32 {
     let bones = Humanoid::of(whole);
     let frames_per_second = mocap::import(at_root(FILE)).unwrap().animations[0].ticks_per_second;

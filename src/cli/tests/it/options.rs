@@ -1,4 +1,4 @@
-//! The options of the program: one meaning in every command, every guess said, and none that does nothing.
+//! The options of the program: one meaning in every command, every assumption reported, and no option without effect.
 
 use mocap::Pose;
 use mocap::glam::Vec3;
@@ -25,7 +25,7 @@ fn elbow(folder: &Folder, name: &str) -> Vec3 {
     Pose::at_tick(&scene, 0, 9.0).unwrap().position(NodeId(1))
 }
 
-/// The shoulder of frame n is at (0.1 (n + 1), 0.02 n, 0), the elbow is 2 from it.
+/// The shoulder in frame n is at (0.1 (n + 1), 0.02 n, 0), and the elbow is 2 units away.
 #[test]
 fn unit_and_up_are_those_of_the_input_in_every_command() {
     let folder = folder();
@@ -51,7 +51,7 @@ fn unit_and_up_are_those_of_the_input_in_every_command() {
         .collect();
     let found = Vec3::from_array([row[3], row[4], row[5]].map(|cell| cell.parse().unwrap()));
     assert!(found.abs_diff_eq(expected, 1e-4), "{found} {expected}");
-    // Where nothing is converted, arrays state what is named.
+    // Without a conversion, arrays have the stated unit and axis.
     folder.succeeds("fk lecture_Test.bvh -o out.csv --unit inch --up z");
     let header = header(&folder, "out.csv");
     assert_eq!(
@@ -102,7 +102,7 @@ fn every_guess_in_a_header_is_said() {
         let said = |topic: &str| words.lines().any(|line| line.starts_with(&format!("{topic}: ")));
         assert_eq!((said("unit"), said("up")), (unit, up), "{options}: {words}");
         let header = header(&folder, "out.csv");
-        // Nobody but a guess or the caller knows them.
+        // The unit and the axis are inferred or stated by the caller.
         assert_eq!(
             header["metres_per_unit"].is_null(),
             !unit && !options.contains("unit"),
@@ -158,7 +158,7 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
             "{command}: {words}"
         );
     }
-    // A shorter body has greater units.
+    // A shorter body has a larger inferred unit.
     let unit = |options: &str| {
         let words = folder.succeeds(&format!("convert cmu_short.bvh out.glb{options}"));
         words
@@ -208,7 +208,7 @@ fn an_option_that_would_do_nothing_is_refused() {
         folder.refuses(&arguments, 2, &format!("{option} would do nothing: "));
         folder.refuses(&arguments, 2, advice);
     }
-    // What is the default does something no more than another value.
+    // An option without effect is rejected even with its default value.
     folder.refuses(
         &format!("convert {bvh} --mesh skinned"),
         2,
@@ -283,7 +283,7 @@ fn an_inventory_takes_no_options_of_arrays() {
     }
 }
 
-/// A spreadsheet takes a cell that begins with one of these for a formula, whether it is quoted or not.
+/// A spreadsheet reads a cell that begins with one of these characters as a formula, even if the cell is quoted.
 #[test]
 fn no_cell_for_a_spreadsheet_is_a_formula() {
     let folder = folder();
@@ -298,7 +298,7 @@ fn no_cell_for_a_spreadsheet_is_a_formula() {
         let arrays = cells(&std::fs::read_to_string(folder.path("out.csv")).unwrap());
         let pose = folder.run(&format!("pose names.bvh --tick 3 --csv{option}"));
         let pose = cells(&String::from_utf8(pose.stdout).unwrap());
-        // Numbers stay numbers.
+        // Numbers are not escaped.
         let is_negative = |cell: &String| cell.starts_with('-') && cell.parse::<f64>().is_ok();
         assert!(arrays.iter().any(is_negative));
         for cells in [arrays, pose] {
@@ -314,14 +314,14 @@ fn no_cell_for_a_spreadsheet_is_a_formula() {
             assert_eq!(cells.iter().any(|cell| is_formula(cell)), option.is_empty());
         }
     }
-    // The header is one cell, whatever it holds.
+    // The header is one cell with any contents.
     let text = std::fs::read_to_string(folder.path("out.csv")).unwrap();
     let header = cells(&text).swap_remove(0);
     let header: serde_json::Value = serde_json::from_str(header.strip_prefix("# ").unwrap()).unwrap();
     assert_eq!(header["joints"][0]["name"], names[0]);
 }
 
-/// The cells of a text as RFC 4180 has them.
+/// The cells of a text by RFC 4180.
 fn cells(text: &str) -> Vec<String> {
     let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
     let mut characters = text.chars().peekable();
@@ -370,7 +370,7 @@ fn a_build_without_fbx_names_the_feature() {
 fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     let folder = folder();
     folder.succeeds("view lecture_Test.bvh -o all.html");
-    // Ten frames a second; from the third to the ninth at five frames a second are four.
+    // The file has 10 frames per second. From the third to the ninth frame, 5 frames per second give four frames.
     folder.succeeds("view lecture_Test.bvh -o part.html --trim 2f..8f --fps 5 --unit dm --up z");
     let page = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
     let all = r#""frames":10,"ticksPerSecond":10.0,"metresPerUnit":1.0,"up":"+y""#;
@@ -383,7 +383,7 @@ fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     folder.refuses("view lecture_Test.bvh -o new.html --fps 0", 2, "frame rate must be");
 }
 
-/// `dump --layout` takes every year that the book states.
+/// `dump --layout` accepts every year in the book.
 #[test]
 fn every_year_of_the_course_has_a_layout() {
     let page = std::fs::read_to_string(at_root("docs/commands.md")).unwrap();

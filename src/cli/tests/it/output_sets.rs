@@ -1,4 +1,4 @@
-//! All files of an output are asked for before the first is written, and all are written or none: the named file, its
+//! All files of an output are checked before the first is written, and all are written or none: the named file, its
 //! buffer, textures, sidecar, reports and pictures.
 
 use std::collections::BTreeSet;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::at_root;
 use crate::program::Folder;
 
-/// A character whose one material has a texture of each of these names.
+/// A character whose material has a texture with each of these names.
 fn character(names: &[&str]) -> Value {
     let text = fs::read_to_string(at_root("fixtures/made/two_bones_textured.gltf")).unwrap();
     let mut file: Value = serde_json::from_str(&text).unwrap();
@@ -148,7 +148,7 @@ fn textures_stay_in_the_folder_and_have_names_of_their_own() {
     }
 }
 
-/// The name of an output with another extension than its format's can be that of its texture or its buffer.
+/// An output with an unusual extension can have the same name as its texture or its buffer.
 #[test]
 fn an_output_is_not_its_own_texture_or_buffer() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
@@ -169,7 +169,7 @@ fn an_output_is_not_its_own_texture_or_buffer() {
     }
 }
 
-/// A character whose texture is a file beside it, with another name than the texture.
+/// A character with its texture in a separate file, whose name differs from the texture's name.
 fn character_with_image(folder: &Folder, name: &str, image: &str, bytes: &[u8]) {
     let mut file = character(&["skin"]);
     file["images"][0] = json!({"uri": Path::new(image).file_name().unwrap().to_str(), "name": "skin"});
@@ -183,14 +183,14 @@ fn an_image_of_an_input_is_never_replaced() {
     character_with_image(&folder, "hero.gltf", "skin.png", b"\x89PNG of the hero");
     let modified = || fs::metadata(folder.path("skin.png")).unwrap().modified().unwrap();
     let before = modified();
-    // The texture has the name and the bytes of the image, to which the output refers too.
+    // The texture's file keeps the name and the bytes of the image, and the output refers to it.
     folder.succeeds("convert hero.gltf hero.fbx --textures beside");
     folder.succeeds("convert hero.gltf hero.usda --force");
     assert_eq!(
         (modified(), folder.read("skin.png")),
         (before, b"\x89PNG of the hero".to_vec())
     );
-    // Another character has another image of that name.
+    // Another character has a different image with the same name.
     character_with_image(&folder, "second.gltf", "second.png", b"\x89PNG of the second");
     folder.refuses("convert second.gltf out.fbx --textures beside", 1, "output-exists");
     let job = json!({
@@ -203,7 +203,7 @@ fn an_image_of_an_input_is_never_replaced() {
     assert_eq!(folder.read("skin.png"), b"\x89PNG of the hero", "{words}");
 }
 
-/// The second character would take the picture of the first, also where files may be replaced.
+/// The second character would replace the image of the first, even if files may be replaced.
 #[test]
 fn outputs_of_a_folder_share_only_the_same_bytes() {
     let folder = Folder::of_real(&[]);

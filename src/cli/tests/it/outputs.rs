@@ -1,4 +1,4 @@
-//! What outputs may replace: never an input, and no file that may be a source. Entries that cannot be read are failed
+//! The files that outputs may replace: never an input, and no file that may be a source. Unreadable entries are failed
 //! rows.
 
 use std::fs;
@@ -18,7 +18,7 @@ fn the_second_file_of_a_wildcard_is_not_an_output() {
     assert!(folder.run("info b.bvh").status.success());
 }
 
-/// A shell opens the file that standard input reads, and its name is `-` then.
+/// A shell opens the file for standard input, whose name is then `-`.
 #[cfg(unix)]
 #[test]
 fn the_file_that_standard_input_reads_is_an_input() {
@@ -46,7 +46,7 @@ fn the_file_that_standard_input_reads_is_an_input() {
         );
         assert!(folder.read(input) == before, "{arguments}");
     }
-    // A pipe is no file, and its own output may be made again.
+    // A pipe is not a file, and its output may be replaced.
     for _ in 0..2 {
         let output = folder.run_with_input("convert - other.glb", "w.bvh");
         assert!(output.status.success(), "{}", words(&output));
@@ -96,7 +96,7 @@ fn an_output_that_is_an_input_is_refused() {
     assert!(record["output"].is_null());
 }
 
-/// Files that options name are inputs too, and so is the job of `run`.
+/// Files named by options and the job of `run` are also inputs.
 #[test]
 fn an_output_that_an_option_names_is_refused() {
     let folder = Folder::of_real(&["cmu_short.bvh", "cmu_02.asf", "cmu_02_01.amc", "hand_take.c3d"]);
@@ -203,14 +203,14 @@ fn a_command_can_be_run_again() {
         folder.succeeds(arguments);
         folder.succeeds(arguments);
     }
-    // A BVH file has no place to say who wrote it; the record knows its path, and no copy.
+    // A BVH file cannot name its writer. The record has its path, but not the paths of copies.
     folder.succeeds("convert w.bvh again.bvh --digits 3");
     fs::copy(folder.path("again.bvh"), folder.path("copy.bvh")).unwrap();
     folder.refuses("convert w.bvh copy.bvh --digits 4", 1, "error[output-exists]");
     folder.succeeds("convert w.bvh copy.bvh --digits 4 --force");
     fs::write(folder.path("empty.bvh"), "").unwrap();
     folder.succeeds("convert w.bvh empty.bvh");
-    // What was changed by hand since is not replaced, and stops nothing else.
+    // A manually changed output is not replaced, and other files continue.
     fs::write(folder.path("bvh/a.bvh"), "changed").unwrap();
     let output = folder.run("convert in -o bvh --to bvh --digits 5");
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
@@ -297,7 +297,7 @@ fn an_empty_folder_is_an_error_unless_it_is_allowed() {
     }
 }
 
-/// Tables of points may be somebody's capture; arrays of this program and lists of clips are made again.
+/// Tables of points may be a user's capture and are kept. Arrays of this program and lists of clips are replaced.
 #[test]
 fn tables_of_points_are_not_replaced() {
     let folder = Folder::with(&["w.bvh"]);
@@ -315,7 +315,7 @@ fn tables_of_points_are_not_replaced() {
         1,
         "the file has changed since mocap wrote it",
     );
-    // Of a list that the record does not know it is told by its columns that it is no table of points.
+    // The columns show that an unrecorded list is not a table of points.
     folder.write("other.csv", &list);
     folder.succeeds("survey w.bvh -o other.csv");
     assert!(folder.read("other.csv") != list);
@@ -325,7 +325,7 @@ fn tables_of_points_are_not_replaced() {
     assert_eq!(folder.read("mine.parquet"), b"PAR1 of another program PAR1");
 }
 
-/// A folder of motions often has tables beside them, which are named and left out.
+/// Folders of motions often contain tables, which are reported and skipped.
 #[test]
 fn a_folder_names_the_tables_that_it_leaves_out() {
     let folder = Folder::with(&["in/w.bvh"]);
@@ -366,7 +366,7 @@ fn merging_manifests_removes_no_other_file() {
     assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
 }
 
-/// As other commands have it, and no folder of the name of a file is made.
+/// Works as in other commands. No folder with the name of a file is created.
 #[test]
 fn the_output_of_one_file_may_follow_o() {
     let folder = Folder::with(&["in/a.bvh", "in/b.bvh"]);
@@ -394,7 +394,7 @@ fn the_output_of_one_file_may_follow_o() {
     assert!(folder.path("all.glb/b.glb").is_file());
 }
 
-/// A process that is killed between the two files of an output leaves the first, and the second under a temporary name.
+/// A process killed between the two files of an output leaves the first file, and the second with a temporary name.
 #[test]
 fn the_buffer_of_a_killed_run_is_known() {
     for arguments in ["convert walk.bvh out.gltf", "convert walk.bvh -o . --to gltf"] {
@@ -408,7 +408,7 @@ fn the_buffer_of_a_killed_run_is_known() {
             folder.path(&text).exists() && !folder.path(&left).exists(),
             "{arguments}"
         );
-        // Without it, the record knows a buffer, and one with other bytes may be somebody's.
+        // Without the main file, only the record identifies a buffer. A buffer with other bytes may be a user's.
         fs::remove_file(folder.path(&text)).unwrap();
         folder.succeeds(&format!("{arguments} --trim 0f..3f"));
         fs::remove_file(folder.path(&text)).unwrap();
@@ -416,7 +416,7 @@ fn the_buffer_of_a_killed_run_is_known() {
         let output = folder.run(arguments);
         assert_eq!(output.status.code(), Some(1), "{}", words(&output));
         assert_eq!(folder.read(&format!("{name}.bin")), b"numbers");
-        // One with the bytes of the output loses nothing.
+        // Replacing a buffer with equal bytes loses nothing.
         folder.succeeds(&format!("{arguments} --force"));
         fs::remove_file(folder.path(&text)).unwrap();
         folder.succeeds(arguments);

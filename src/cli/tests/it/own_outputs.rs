@@ -1,5 +1,5 @@
-//! A command can be run again: the record of outputs knows its outputs, also in formats that can hold no mark.
-//! What is somebody's, or was changed since, stays.
+//! A command can be run again: the record knows its outputs, even in formats without a mark of the writer. Other files
+//! and changed outputs are kept.
 
 use std::fs;
 use std::process::Output;
@@ -11,7 +11,7 @@ use sha2::Digest;
 use crate::program::{Folder, command_in, words};
 use crate::{at_root, cut};
 
-/// A folder with a short walk, and a record of its own.
+/// A folder with a short walk and a separate record.
 fn folder() -> Folder {
     const FRAMES: usize = 12;
     let folder = Folder::with(&[]);
@@ -19,7 +19,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// Runs the program with the record in a folder below.
+/// Runs the program with the record in a subfolder.
 fn run(folder: &Folder, arguments: &str) -> Output {
     let mut command = command_in(&folder.path(""), arguments);
     command.env("XDG_STATE_HOME", folder.path("state")).output().unwrap()
@@ -44,7 +44,8 @@ fn refuses(folder: &Folder, arguments: &str, name: &str, why: &str) {
     assert!(folder.read(name) == before, "{arguments}");
 }
 
-/// Runs a command, then with another option: that replaces the output and says so. After a change it does not.
+/// Runs a command twice with different options. The second run replaces the output and reports it. After a manual
+/// change, the output is not replaced.
 fn can_be_run_again(folder: &Folder, first: &str, second: &str, name: &str) {
     let said = succeeds(folder, first);
     assert!(
@@ -71,7 +72,7 @@ fn every_format_is_replaced_by_the_command_that_wrote_it() {
     let folder = folder();
     let formats = FormatInfo::ALL.iter().filter(|format| format.writes());
     for extension in formats.flat_map(|format| format.extensions) {
-        // Without its skins a character is a skeleton.
+        // A character without skins is a skeleton.
         let name = format!("made.{extension}");
         let convert = format!("convert walk.bvh {name}");
         can_be_run_again(&folder, &convert, &format!("{convert} --trim 0f..3f"), &name);
@@ -81,7 +82,7 @@ fn every_format_is_replaced_by_the_command_that_wrote_it() {
     }
 }
 
-/// The lines of the README, on a GLB and on a VRM hero.
+/// The command lines of the README, with a GLB and a VRM character.
 #[test]
 fn heroes_are_replaced_by_the_commands_that_wrote_them() {
     let folder = folder();
@@ -103,14 +104,14 @@ fn heroes_are_replaced_by_the_commands_that_wrote_them() {
         );
         let convert = format!("convert {walk} {small} --max-error");
         can_be_run_again(&folder, &format!("{convert} 1mm"), &format!("{convert} 20mm"), &small);
-        // Another motion would take this one away.
+        // Another motion would replace this motion.
         folder.write("other.bvh", &folder.read("walk.bvh"));
         refuses(&folder, &format!("retarget other.bvh {hero} -o {walk}"), &walk, "");
     }
 }
 
-/// A command notes the new file, and may be killed before it has its name. The earlier file came from another computer:
-/// its mark alone says who wrote it.
+/// A command records the new file, and may be killed before the rename. The earlier file came from another computer, so
+/// only its mark names the writer.
 #[test]
 fn an_earlier_output_stays_known_where_a_command_is_killed() {
     let elsewhere = folder();
@@ -128,13 +129,13 @@ fn an_earlier_output_stays_known_where_a_command_is_killed() {
     restore();
     succeeds(&folder, trimmed);
     assert!(folder.read("walk.bin") == made);
-    // A file with a mark is in no record, whichever option it was made with.
+    // A file with a mark is not recorded, for any options.
     for trim in ["", " --trim 0f..3f", " --trim 0f..4f", ""] {
         succeeds(&folder, &format!("fk walk.bvh -o walk.npz{trim}"));
     }
 }
 
-/// The motion of the input is broken, which nobody hears: nothing was read.
+/// The broken motion of the input is not reported, because nothing was read.
 #[test]
 fn what_is_not_replaced_is_refused_before_the_work() {
     let folder = folder();
@@ -170,7 +171,7 @@ fn what_is_not_replaced_is_refused_before_the_work() {
     );
 }
 
-/// `*.bvh` may be two files, of which the second is an output of something else.
+/// `*.bvh` may expand to two files, and the second may be another program's output.
 #[test]
 fn an_output_of_other_inputs_is_no_output_of_these() {
     let folder = folder();
@@ -182,7 +183,7 @@ fn an_output_of_other_inputs_is_no_output_of_these() {
         "b.bvh",
         "from these inputs",
     );
-    // A copy has another name, and a former name is not the present one.
+    // A copy has another name, and an old name is not the current name.
     fs::copy(folder.path("b.bvh"), folder.path("copy.bvh")).unwrap();
     refuses(
         &folder,
@@ -207,7 +208,7 @@ fn a_folder_says_how_many_files_it_replaced() {
         "{said}"
     );
     assert!(!succeeds(&folder, "convert in -o out --to bvh -q").contains("replaced"));
-    // One of them, by itself.
+    // A single output.
     let said = succeeds(&folder, "convert in/a.bvh out/a.bvh --digits 2");
     assert!(said.contains("a.bvh: replaced; mocap wrote the earlier file"), "{said}");
     folder.write("out/b.bvh", b"changed");
@@ -216,7 +217,7 @@ fn a_folder_says_how_many_files_it_replaced() {
     assert_eq!(folder.read("out/b.bvh"), b"changed");
 }
 
-/// Textures and buffers beside an output are outputs.
+/// Textures and buffers of an output are outputs.
 #[test]
 fn files_beside_an_output_are_replaced_with_it() {
     let folder = folder();
@@ -228,7 +229,7 @@ fn files_beside_an_output_are_replaced_with_it() {
             "{said}"
         );
     }
-    // Without the file that names it a buffer may be anybody's, but for the record.
+    // Without the main file, only the record identifies the writer of a buffer.
     succeeds(&folder, "convert walk.bvh alone.gltf");
     fs::remove_file(folder.path("alone.gltf")).unwrap();
     let said = succeeds(&folder, "convert walk.bvh alone.gltf --trim 0f..3f");
@@ -248,7 +249,7 @@ fn a_record_that_cannot_be_used_stops_nothing() {
     let again = |what: &str| {
         let _ = fs::remove_file(folder.path("out.bvh"));
         succeeds(&folder, "convert walk.bvh out.bvh");
-        // An output with the same bytes loses nothing.
+        // Replacing an output with equal bytes loses nothing.
         let output = run(&folder, "convert walk.bvh out.bvh");
         assert!(output.status.success(), "{what}: {}", words(&output));
         refuses(&folder, "convert walk.bvh walk_2.bvh --digits 3", "walk_2.bvh", "");
@@ -274,7 +275,7 @@ fn a_record_that_cannot_be_used_stops_nothing() {
     again("no folder");
     fs::remove_file(&state).unwrap();
     fs::create_dir(&state).unwrap();
-    // Whoever runs the tests as root may write there nevertheless.
+    // Root may write to a read-only folder.
     fs::set_permissions(&state, fs::Permissions::from_mode(0o500)).unwrap();
     let _ = fs::remove_file(folder.path("out.bvh"));
     succeeds(&folder, "convert walk.bvh out.bvh");
@@ -308,7 +309,7 @@ fn the_record_is_the_users_alone() {
     }
 }
 
-/// Pipes, devices and files that are replaced anyway are not noted; a line says what was made of what.
+/// Pipes, devices and always replaceable files are not recorded. A line names the input and the output.
 #[test]
 fn the_record_has_a_line_of_each_output_that_needs_it() {
     let folder = folder();
@@ -327,7 +328,7 @@ fn the_record_has_a_line_of_each_output_that_needs_it() {
     assert_eq!(line["sha256"], format!("{:x}", sha2::Sha256::digest(&bytes)));
 }
 
-/// Several processes note their outputs at once, and none is lost.
+/// Several processes record their outputs at the same time, and no record is lost.
 #[test]
 fn processes_can_note_outputs_at_once() {
     let folder = folder();

@@ -1,5 +1,5 @@
-//! `mocap pack --to hf`: the files of a dataset, which stands whole in a new folder or not at all.
-//! `tools/python/tests/test_dataset.py` has what the library `datasets` makes of one.
+//! `mocap pack --to hf`: the files of a dataset. The new folder is complete or absent.
+//! `tools/python/tests/test_dataset.py` reads a dataset with the library `datasets`.
 
 use std::fs;
 
@@ -118,13 +118,13 @@ fn what_is_there_stays_as_it_is() {
         "--license would do nothing",
     );
     assert_eq!(folder.read("mine/notes.txt"), b"mine");
-    // Where no file can be read, there is no dataset.
+    // If no file can be read, no dataset is written.
     assert_eq!(
         folder.run("pack takes/bad|name.bvh -o new --to hf").status.code(),
         Some(1)
     );
     assert_eq!(names(&folder, ""), ["cmu_short.bvh", "mine", "takes"]);
-    // An empty folder is as good as none.
+    // An empty folder is accepted.
     fs::create_dir(folder.path("empty")).unwrap();
     folder.succeeds("pack takes/walks -o empty --to hf");
 }
@@ -153,7 +153,7 @@ fn an_earlier_dataset_is_replaced_where_nobody_changed_it() {
         1,
         "output-is-input",
     );
-    // Each is lost with the folder.
+    // The folder would replace each of these files.
     let refuses = |lost: &str| {
         let output = folder.run("pack takes/walks -o out --to hf");
         let told = String::from_utf8(output.stderr).unwrap();

@@ -18,7 +18,7 @@ fn convert_writes_packed_clips() {
     Conversion::new().apply(&mut scene).unwrap();
     let clip = PackedClip::new(bytes.as_slice()).unwrap();
     assert_eq!(clip.bytes(), PackedClip::encode(&scene, 0, 0.0001).unwrap().bytes());
-    // One of another origin may be somebody's source.
+    // A packed clip of another origin may be a source.
     fs::copy(folder.path("w.mclip"), folder.path("copy.mclip")).unwrap();
     folder.refuses("convert w.bvh copy.mclip --max-error 9mm", 1, "output-exists");
     folder.succeeds("verify w.bvh w.mclip --max-error 0.1mm");

@@ -1,4 +1,4 @@
-//! Packets that wait.
+//! Waiting packets.
 
 use std::net::UdpSocket;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::thread;
 
 use mocap_cli::internals::packets::{LONGEST, MOST_WAITING, OF_PACKET, Packet, Packets};
 
-/// Sends packets of one size to somebody who takes none, and gives how many are kept then, and how many are not.
+/// Sends packets of one size to a receiver that takes none. Returns the numbers of kept and dropped packets.
 fn kept_and_lost(count: usize, size: usize) -> (usize, u64) {
     let is_over = Arc::new(AtomicBool::new(false));
     let packets = Packets::of("vmc:127.0.0.1:0".parse().unwrap(), Arc::clone(&is_over), None)
@@ -19,7 +19,7 @@ fn kept_and_lost(count: usize, size: usize) -> (usize, u64) {
     for sent in 0..count {
         let number = u8::try_from(sent % 256).unwrap();
         sender.send_to(&vec![number; size], packets.address()).unwrap();
-        // The system loses what comes faster than a machine that does other work listens.
+        // A busy system may drop fast packets.
         while heard() <= sent {
             thread::yield_now();
         }

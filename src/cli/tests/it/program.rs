@@ -1,4 +1,4 @@
-//! The program, run as its users run it.
+//! Runs the program as users do.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -12,7 +12,7 @@ use crate::ROOT;
 /// The manifest of a folder of outputs.
 pub(crate) const MANIFEST: &str = "mocap-manifest.jsonl";
 
-/// Where the program keeps the record of its outputs in tests, instead of the folder of the user.
+/// The folder of the program's record in tests, instead of the user's folder.
 pub(crate) const STATE_HOME: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/state");
 
 /// The program with these arguments, in the root of the repository.
@@ -36,7 +36,7 @@ pub(crate) fn command_in(folder: &Path, arguments: &str) -> Command {
     command
 }
 
-/// What the program says on standard error.
+/// The program's standard error.
 pub(crate) fn words(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
@@ -105,7 +105,7 @@ impl Folder {
         command_in(self.0.path(), arguments).output().unwrap()
     }
 
-    /// The same, with a file of the folder as standard input.
+    /// Runs the program with a file of the folder as standard input.
     pub(crate) fn run_with_input(&self, arguments: &str, input: &str) -> Output {
         let mut command = command_in(self.0.path(), arguments);
         command
@@ -114,7 +114,7 @@ impl Folder {
             .unwrap()
     }
 
-    /// Checks that a command succeeds. Returns what it says.
+    /// Checks that a command succeeds. Returns its messages.
     pub(crate) fn succeeds(&self, arguments: &str) -> String {
         let output = self.run(arguments);
         let words = words(&output);
@@ -122,7 +122,7 @@ impl Folder {
         words
     }
 
-    /// Checks that a command ends with `status`. Returns what it says.
+    /// Checks that a command ends with `status`. Returns its messages.
     pub(crate) fn ends_with(&self, status: i32, arguments: &str) -> String {
         let output = self.run(arguments);
         assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));

@@ -1,4 +1,4 @@
-//! Options beyond any measure, and what cannot be said: an error, and no signal that ends the program.
+//! Extreme option values and invalid text give an error, and no signal ends the program.
 
 use std::fs::OpenOptions;
 use std::process::Stdio;
@@ -20,7 +20,7 @@ fn sizes_of_pictures_are_looked_at_before_memory_is_asked_for() {
     }
 }
 
-/// A plot has a row for each joint, and a message no more names than can be read.
+/// A plot has a row for each joint. A message lists a readable number of names.
 #[test]
 fn a_plot_of_thousands_of_joints_is_refused() {
     const JOINTS: usize = 3000;

@@ -1,4 +1,4 @@
-//! `--resume` skips what is there with every byte that was written, and trusts nothing else that a manifest says.
+//! `--resume` skips outputs with every written byte, and trusts no other statement of a manifest.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::at_root;
 use crate::program::{Folder, MANIFEST};
 
-/// A folder with a motion, and with a character that has a texture.
+/// A folder with a motion, and a character with a texture.
 fn inputs() -> Folder {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     folder.write("in/walk.bvh", &folder.read("cmu_short.bvh"));
@@ -49,7 +49,7 @@ fn an_output_that_lost_bytes_is_made_again() {
         let (path, resumed) = (format!("out/{name}"), format!("{command} --resume"));
         let whole = folder.read(&path);
         assert!(folder.succeeds(&resumed).contains("1 done before"), "{command}");
-        // Cut off, and gone.
+        // A truncated output, and a missing output.
         for bytes in [whole.len() / 2, 0, whole.len() - 1] {
             folder.write(&path, &whole[..bytes]);
             let words = folder.succeeds(&resumed);
@@ -65,8 +65,8 @@ fn an_output_that_lost_bytes_is_made_again() {
     }
 }
 
-/// Of the same size: what somebody has changed is not done, and is not replaced unasked.
-/// What a run did not compare, a later run compares, and makes no output again.
+/// An output that a user has changed, with the same size, is not done, and is not replaced without permission. A later
+/// run compares outputs that an earlier run did not compare, without making them again.
 #[test]
 fn outputs_that_are_done_are_verified() {
     for to in ["glb", "bvh"] {
@@ -81,7 +81,7 @@ fn outputs_that_are_done_are_verified() {
         assert!(folder.succeeds(&verifying).contains("1 done before"), "{to}");
         assert_eq!(folder.records("out").last().unwrap()["verified"], true, "{to}");
         assert_eq!(written(), before, "{to}");
-        // Another motion under the record of the first is no longer what it was made from.
+        // If the input changes after it was recorded, the output is made again.
         let mut record = folder.records("out").pop().unwrap();
         record.as_object_mut().unwrap().remove("verified");
         let other = fs::read(at_root("fixtures/dialects/plain.bvh")).unwrap();
@@ -177,7 +177,7 @@ fn a_file_that_is_no_manifest_is_not_replaced() {
     folder.refuses("merge-manifest shards", 1, "is not a manifest");
 }
 
-/// Two clips of a file, of which a record has one.
+/// A file with two clips, of which the record has one.
 #[test]
 fn a_survey_examines_a_file_again_of_which_a_clip_is_lost() {
     let folder = inputs();
@@ -238,7 +238,7 @@ fn pack_keeps_whole_parts_and_numbers_them_with_care() {
         Vec::from_iter(names.filter(|name| name.ends_with(".parquet")))
     };
     assert_eq!(parts().len(), 1);
-    // A number that has no next one.
+    // A number without a successor.
     for number in [
         "18446744073709551615",
         "4294967296",

@@ -41,7 +41,7 @@ fn several_motions_become_clips_of_the_character() {
     assert_eq!(reports[0]["verdict"], "good");
     assert_eq!(reports[0]["limbs"][0]["bone"], "leftUpperLeg");
 
-    // They stay where more are added, and go where that is asked.
+    // The character's own motions stay when more are added, and an option drops them.
     let more = folder.path().join("more.gltf");
     let out = path.to_str().unwrap();
     assert!(retarget(&[WALK, out], &more).status.success());
@@ -102,14 +102,14 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
         2,
         "expected auto, none or a factor"
     ));
-    // The file is written, and the limbs are measured: none is exactly where it was.
+    // The file is written and the limbs are compared: no angle is exactly 0.
     assert!(refused(
         &[WALK, CHARACTER, "--max-angle", "0"],
         "a.gltf",
         1,
         "degrees off"
     ));
-    // Limbs point where they did; lines of the trunk are those of another body.
+    // The limbs have the same directions. The lines of the trunk belong to another body.
     let path = folder.path().join("b.gltf");
     let free = |most: &'static str| [WALK, CHARACTER, "--feet", "free", "--max-angle", most];
     let output = retarget(&free("1"), &path);
@@ -131,7 +131,7 @@ fn a_vrm_animation_is_written_with_the_body_of_the_character() {
     assert!((0.8..0.95).contains(&hips), "{hips}");
 }
 
-/// The file of a character is passed through, so what is ours in it are the animations alone.
+/// The file of a character is passed through, so only the animations are mocap's.
 #[test]
 fn an_output_is_replaced_by_the_same_command_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -149,11 +149,11 @@ fn an_output_is_replaced_by_the_same_command_alone() {
         let other = retarget(&[WALK, hero, "--scale", "1.5"], &path);
         assert!(other.status.success(), "{}", words(&other));
         assert_ne!(std::fs::read(&path).unwrap(), bytes, "{name}");
-        // Another motion would take this one away.
+        // Another motion would replace this motion.
         let taken = retarget(&["fixtures/real/cmu_short.bvh", hero], &path);
         assert!(words(&taken).contains("output-exists"), "{}", words(&taken));
     }
-    // The character itself is an input, and nothing that this program wrote.
+    // The character itself is an input, not an output of this program.
     assert!(words(&retarget(&[WALK, hero], &character)).contains("output-is-input"));
     let other = folder.path().join("other.gltf");
     std::fs::copy(at_root(CHARACTER), &other).unwrap();
@@ -180,7 +180,7 @@ fn added_animations_say_where_they_are_from() {
     assert_eq!(step["onto"]["source"]["sha256"], hash(CHARACTER).as_str());
 }
 
-/// Joints on another body are elsewhere on purpose: a distance would say nothing.
+/// Joints on another body have other positions, so their distances are not compared.
 #[test]
 fn verify_refuses_motion_on_another_skeleton() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,7 +207,7 @@ fn verify_refuses_motion_on_another_skeleton() {
     }
 }
 
-/// As in `mocap edit`. The same command with a motion that begins at once keeps all its frames.
+/// As in `mocap edit`. A motion without an initial rest pose keeps all its frames.
 #[test]
 fn a_rest_pose_before_the_motion_is_left_out_and_that_is_said() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `mocap retarget` into a folder: every output is the one that its motion gives alone, and no motion stops the others.
+//! `mocap retarget` into a folder: every output equals the output of its motion alone, and no motion stops the others.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::at_root;
 use crate::program::Folder;
 
-/// Two motions of two skeletons, since those of one say together where its T-pose is, and a character beside them.
+/// Two motions with different skeletons, because motions of one skeleton share its T-pose, and a character.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
     let short = fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
@@ -91,7 +91,7 @@ fn only_what_changed_is_retargeted_again() {
             .succeeds(&again)
             .contains("0 of 2 files converted, 2 done before")
     );
-    // Another scale, and another character of the same name.
+    // Another scale, and another character with the same name.
     let said = folder.succeeds(&format!("{again} --scale 1.5"));
     assert!(said.contains("2 of 2 files converted, 0 done before"), "{said}");
     let hero = fs::read(at_root("fixtures/skeletons/human_default.gltf")).unwrap();
@@ -136,7 +136,7 @@ fn shards_make_what_one_run_makes() {
     }
 }
 
-/// A BVH file does not say who wrote it: the manifest does.
+/// A BVH file does not name its writer, but the manifest does.
 #[test]
 fn a_file_of_another_program_is_replaced_by_force_alone() {
     let folder = folder();
@@ -149,7 +149,7 @@ fn a_file_of_another_program_is_replaced_by_force_alone() {
     assert!(folder.read("out/b.bvh") == folder.read("in/a.bvh"));
     folder.succeeds(&format!("{command} --force"));
 
-    // An input is not replaced at all.
+    // An input is never replaced.
     let before = folder.read("in/below/b.bvh");
     let command = "retarget in/below --to-skeleton in/a.bvh --to bvh -o in/below --force";
     folder.ends_with(1, command);

@@ -24,7 +24,7 @@ fn character() -> Character {
         .unwrap()
 }
 
-/// The program says what the library gives, for a character and for a robot.
+/// The program reports the library's results, for a character and for a robot.
 #[test]
 fn the_program_and_the_library_give_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();

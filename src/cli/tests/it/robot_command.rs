@@ -1,4 +1,4 @@
-//! `mocap robot` on many motions: what is done again, and the table of reports.
+//! `mocap robot` with many motions: repeated work, and the table of reports.
 
 use std::fs;
 
@@ -26,12 +26,12 @@ fn outputs_of_another_format_are_not_taken_for_done() {
             .succeeds(command)
             .contains("0 of 2 files converted, 2 done before")
     );
-    // Both formats have one extension.
+    // Both formats have the same extension.
     folder.succeeds(&format!("{command} --to qpos"));
     assert!(folder.read("out/a.npz") != npz);
 }
 
-/// Without shapes the soles of the robot are guessed, and no motion is more than fair.
+/// Without shapes, the soles of the robot are estimated, and no verdict is better than fair.
 fn without_shapes(folder: &Folder) {
     let urdf = String::from_utf8(folder.read("robot.urdf")).unwrap();
     let urdf = urdf.replace("collision", "ignored").replace("visual", "ignored");
@@ -61,7 +61,7 @@ fn a_verdict_counts_also_for_motions_that_were_done_before() {
     folder.succeeds(&format!("{command} --require fair"));
 }
 
-/// Limits of velocity that the file does not state are not spoken of, and what exit code 1 means is.
+/// The report omits velocity limits that the file does not state, and explains exit code 1.
 #[test]
 fn what_is_said_of_one_motion_is_what_was_found() {
     let folder = folder();
@@ -79,7 +79,7 @@ fn what_is_said_of_one_motion_is_what_was_found() {
     );
     let urdf = String::from_utf8(folder.read("robot.urdf")).unwrap();
     folder.write("robot.urdf", urdf.replace(" velocity=", " speed=").as_bytes());
-    // One pass leaves jitter, which needs forces that no floor gives.
+    // One pass leaves jitter, which needs forces that a floor cannot exert.
     let said = folder.succeeds(&command.replace("good", "fair"));
     assert!(
         said.contains("the fastest joint is ") && !said.contains("allows"),
@@ -164,7 +164,7 @@ mod reports {
         column.iter().map(|text| text.map(str::to_owned)).collect()
     }
 
-    /// With a third motion that ends too early.
+    /// Adds a third motion that is cut off.
     fn folder_with_broken() -> Folder {
         let folder = folder();
         let short = folder.read("in/a.bvh");
@@ -189,7 +189,7 @@ mod reports {
         for (row, record) in records.iter().enumerate() {
             for (name, column) in std::iter::zip(table.schema().fields(), table.columns()) {
                 let report = &record["robot"];
-                // The fields of the dynamics and of the scores have columns of their own.
+                // The fields of dynamics and scores have separate columns.
                 let parts = [report, &report["dynamics"], &report["scores"]];
                 let found = parts.into_iter().find_map(|part| part.get(name.name()));
                 if column.is_null(row) {
@@ -224,7 +224,7 @@ mod reports {
         assert!(missing.is_empty(), "{missing:?}");
     }
 
-    /// The table is there before the last motion is done.
+    /// The table exists before the last motion is done.
     #[test]
     fn a_run_that_is_killed_leaves_its_table() {
         let folder = folder();
@@ -298,7 +298,7 @@ mod reports {
     }
 }
 
-/// The command that a folder's run prints shows the motion: it reads arrays with the body that they were read with.
+/// The command printed by a run with a folder shows the motion. It reads arrays with the same body.
 #[test]
 fn the_printed_command_repeats_the_body() {
     let folder = folder();
@@ -310,7 +310,7 @@ fn the_printed_command_repeats_the_body() {
     folder.succeeds(&format!("{command} -o page.html"));
 }
 
-/// The order and the limits of the joints, as the file has them.
+/// The order and the limits of the joints in the file.
 #[test]
 fn info_lists_the_joints_of_a_robot() {
     let folder = folder();
@@ -330,7 +330,7 @@ fn info_lists_the_joints_of_a_robot() {
     assert_eq!(words.join(" "), expected);
 }
 
-/// The scores of a motion are the same where it is made and where its file is scored.
+/// The scores of a new motion equal the scores of its file.
 #[test]
 fn a_file_has_the_scores_of_its_report() {
     let folder = folder();

@@ -16,7 +16,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// A row for each frame: place and rotation of the base, and 19 joints.
+/// A row for each frame: position and rotation of the base, and 19 joints.
 fn check_rows(text: &str, frames: usize) {
     assert_eq!(text.lines().count(), frames, "{text}");
     for row in text.lines() {
@@ -76,6 +76,6 @@ fn a_stream_goes_on_a_robot_until_a_signal() {
     player.stdout.take().unwrap().read_to_string(&mut rows).unwrap();
     said.read_to_string(&mut rest).unwrap();
     assert!(player.wait().unwrap().success(), "{rest}");
-    // A frame ends as the next begins.
+    // A frame ends when the next begins.
     check_rows(&rows, FRAMES - 1);
 }

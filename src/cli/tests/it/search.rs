@@ -40,7 +40,7 @@ fn the_commands_index_and_find() {
     let table = folder.run(&format!("find moves.mdb --pose {WALK}@1s --where seconds>3 -n 2"));
     let table = String::from_utf8(table.stdout).unwrap();
     assert!(table.starts_with("distance  second") && table.contains(WALK), "{table}");
-    // Somebody's database of another program stays.
+    // A database of another program is kept.
     folder.write("theirs.mdb", b"\0\x01\0\0Standard Jet DB\0 and the tables of an office");
     folder.refuses(&format!("index {WALK} -o theirs.mdb"), 1, "--force");
     folder.succeeds(&format!("index {WALK} -o theirs.mdb --force"));
@@ -73,7 +73,7 @@ fn the_command_matches() {
         1,
         "input",
     );
-    // The clips that the database names are inputs too.
+    // The clips named by the database are also inputs.
     folder.refuses(
         &format!("match moves.mdb --path 0/0+0/2 --on biovision_example1.bvh -o {WALK} --force"),
         1,
@@ -100,7 +100,7 @@ fn the_command_takes_a_gamepad_and_packed_motions() {
     folder.write("moves.mdb", &first);
     folder.write("sticks.csv", b"seconds,left_x,left_y\n0,0,1\n1,1,0\n2,0,0\n");
     let line = "match moves.mdb --gamepad sticks.csv --on biovision_example1.bvh";
-    // The motion is within the database.
+    // The database includes the motion.
     std::fs::remove_file(folder.path(WALK)).unwrap();
     let said = folder.run(&format!("{line} -o out.bvh --json -q"));
     let played: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
@@ -133,7 +133,7 @@ fn what_is_found_is_drawn() {
     folder.succeeds(&format!("find moves.mdb --pose {WALK}@1s -n 1 --sheet found.png"));
     folder.refuses(&format!("{line} --sheet found.bvh"), 2, ".png");
     folder.refuses(&format!("{line} --page found.png"), 2, ".html");
-    // A motion that is packed within needs no file.
+    // A motion in the database needs no file.
     folder.ends_with(0, "index . -o packed.mdb --pack");
     std::fs::remove_file(folder.path("cmu_short.bvh")).unwrap();
     folder.refuses(
@@ -144,7 +144,7 @@ fn what_is_found_is_drawn() {
     folder.succeeds("find packed.mdb --pose cmu_12_01_walk.bvh@1s --sheet all.svg -n 20");
 }
 
-/// The counts of both files; `tools/matching` holds their numbers.
+/// The counts of both files; `tools/matching` compares their numbers.
 #[test]
 fn the_files_of_holdens_demonstration_are_written() {
     let folder = Folder::of_real(&[WALK, "biovision_example1.bvh"]);

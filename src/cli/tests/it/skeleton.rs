@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// What `mocap skeleton --json` prints: the fields that scripts rely on, and further ones behind them.
+/// The output of `mocap skeleton --json`: the fields that scripts rely on, then further fields.
 #[test]
 fn the_json_has_the_t_pose_beside_the_figure() {
     let output = crate::program::run(&["skeleton", "--json", "fixtures/real/rokoko_dance.bvh"]);
@@ -34,11 +34,11 @@ fn the_json_has_the_t_pose_beside_the_figure() {
     assert_eq!(pose["largest_rotation"].as_f64(), Some(largest));
 }
 
-/// `--explain` of a skeleton that is refused ends with the sentence that decides.
+/// `--explain` of a rejected skeleton ends with the deciding reason.
 #[test]
 fn an_explanation_of_a_refusal_ends_with_its_reason() {
     let dog = std::fs::read_to_string("../../fixtures/real/cmu_short.bvh").unwrap();
-    // Feet with the names of paws, which people do not have.
+    // Feet with the names of paws.
     let dog = dog.replace("LeftFoot", "LeftPaw").replace("RightFoot", "RightPaw");
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("dog.bvh");

@@ -1,4 +1,4 @@
-//! `mocap survey --split`: no group is in two parts, and new clips move no others.
+//! `mocap survey --split`: no group is in two parts, and new clips do not move others.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use mocap::survey::{Corpus, SelectBy, Thresholds};
 
 use crate::program::Folder;
 
-/// Clips without motion of persons, files and near-duplicates.
+/// Clips without motion, with persons, files and near-duplicates.
 fn corpus(clips: &[(&str, &str, Option<u64>)]) -> Corpus {
     let clips = clips.iter().map(|(file, person, twins)| {
         let line = serde_json::json!({"file": file, "clip": "0", "verdict": "good", "quality": 1.0, "reasons": "",

@@ -1,4 +1,4 @@
-//! Inputs and outputs that are no regular files, and files that change while they are read.
+//! Inputs and outputs that are not regular files, and files that change during reading.
 
 #![cfg(unix)]
 
@@ -73,11 +73,11 @@ fn a_pipe_is_read_to_its_end() {
     }
 }
 
-/// A file that another program shortens and writes anew: an error or a scene each time, and the process goes on.
+/// Another program truncates and rewrites a file. Each read gives an error or a scene, and the process continues.
 #[test]
 fn a_file_that_shrinks_while_it_is_read_is_an_error_or_a_scene() {
     let mut text = String::from("HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n}\nMOTION\n");
-    // Large enough for what was once mapped, quick to read: nothing but line ends follows.
+    // The file is large, but quick to read: only line breaks follow.
     text += "Frames: 2\nFrame Time: 0.1\n1\n";
     text += &"\n".repeat(6 << 20);
     text += "2\n";
@@ -145,10 +145,10 @@ fn a_dash_is_standard_input_in_every_command() {
         assert!(found.status.success(), "{arguments:?}: {}", words(&found));
         let text =
             |output: &Output| String::from_utf8_lossy(&output.stdout).replace("fixtures/real/lecture_Test.bvh", "-");
-        // The name of the input is all that differs.
+        // Only the name of the input differs.
         assert_eq!(text(&found).trim_start(), text(&expected).trim_start(), "{arguments:?}");
     }
-    // Contents that do not tell the format: the first row of an .amc file may be anything.
+    // Contents that do not determine the format: the first row of an .amc file is arbitrary.
     let motion = mocap_with_input(
         &["info", "-", "--from", "asf-amc", "--skeleton", "fixtures/made/tiny.asf"],
         "made/tiny.amc",
@@ -241,7 +241,7 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
     }
 }
 
-/// A job reads and writes streams as the command that printed it.
+/// A job reads and writes streams like the command that printed the job.
 #[test]
 fn a_dash_in_a_job_is_standard_input_and_output() {
     let walk = "real/cmu_short.bvh";
@@ -261,7 +261,7 @@ fn a_dash_in_a_job_is_standard_input_and_output() {
         assert!(ran.status.success(), "{line}: {}", words(&ran));
         assert!(ran.stdout == made.stdout && !made.stdout.is_empty(), "{line}");
     }
-    // The job itself came from there.
+    // Standard input already has the job.
     let job = command(&["run", "-"])
         .stdin(Stdio::from(File::open(&job).unwrap()))
         .output();
@@ -288,7 +288,7 @@ fn a_pipe_among_many_files_is_a_failed_row() {
     );
 }
 
-/// The full device is a full disk, and nobody reads what goes to the null device.
+/// `/dev/full` acts like a full disk, and nothing reads `/dev/null`.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_device_or_a_pipe_is_an_output_and_no_folder() {
@@ -330,7 +330,7 @@ fn a_device_or_a_pipe_is_an_output_and_no_folder() {
     folder.refuses("convert cmu_short.bvh robot.urdf -o /dev/null", 2, "need a folder");
 }
 
-/// Every error of the system names a file, also where its name is empty.
+/// Every system error names a file, even if the name is empty.
 #[test]
 fn an_error_of_the_system_names_its_file() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);

@@ -1,6 +1,5 @@
-//! Characters that control a terminal reach neither words nor JSON. They are the beginnings of escape sequences and
-//! marks of another direction of text, for example. The file may be a stream, and may have them in its name, in its
-//! joints, or in its fault.
+//! Terminal control characters are escaped in text and JSON, such as escape sequences and marks of text direction. A
+//! file or stream may have them in its name, in its joints, or in its error.
 
 use std::process::Output;
 
@@ -11,8 +10,8 @@ use crate::program::{Folder, command_in, words};
 /// ESC, the C1 control CSI, DEL, a mark of direction, and a line separator.
 const STEERING: &str = "\u{1b}[2J\u{9b}2J\u{7f}\u{202e}\u{2066}\u{2028}";
 
-/// A folder with a walk of a humanoid, whose file, folder and some joints have names with such characters, and with
-/// files at fault.
+/// A folder with a humanoid's walk and broken files. The names of the file, the folder and some joints have such
+/// characters.
 fn folder() -> (Folder, String) {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     let text = String::from_utf8(folder.read("cmu_short.bvh")).unwrap();
@@ -83,7 +82,7 @@ fn words_and_json_have_no_character_that_steers_a_terminal() {
             serde_json::from_slice::<Value>(&output.stdout).unwrap();
         }
     }
-    // What the escapes stand for is what the file has.
+    // The unescaped text equals the text in the file.
     let output = run(&folder, &["check", &walk, "--json"]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["file"], walk);

@@ -1,4 +1,4 @@
-//! Outputs in USD: which of them the program replaces.
+//! The USD outputs that the program replaces.
 
 use std::fs;
 
@@ -17,7 +17,7 @@ fn an_output_is_replaced_and_somebodys_stage_is_not() {
         folder.succeeds(&format!("convert lecture_Test.bvh {output}"));
         assert_eq!(folder.read(output), first);
         folder.succeeds(&format!("verify lecture_Test.bvh {output}"));
-        // Motion from it is no reason to replace another.
+        // A motion from this file does not permit replacing another.
         folder.succeeds(&format!("convert blender_two_joints.bvh other_{output}"));
         folder.refuses(
             &format!("convert {output} other_{output}"),

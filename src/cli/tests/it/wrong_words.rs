@@ -1,4 +1,4 @@
-//! What the program says of a misspelled word, and of a file that another command takes.
+//! The messages about a misspelled word, and about a file for another command.
 
 use std::fs;
 
@@ -73,7 +73,7 @@ fn a_near_file_joint_clip_or_extension_is_named() {
     assert!(said.contains("LeftFoot"), "{said}");
 }
 
-/// A file of each kind, in one folder.
+/// A file of each kind in one folder.
 fn folder_of_kinds() -> Folder {
     let folder = Folder::of_real(&[]);
     for (name, file) in [
@@ -177,7 +177,7 @@ fn a_wrong_kind_of_file_names_the_right_command() {
     assert!(checked.contains("mocap run runs it"), "{checked}");
 }
 
-/// A file of weights is refused with its name, the place, what may stand there and the nearest name.
+/// An invalid file of weights is rejected with its name, the location, the valid names and the nearest name.
 #[test]
 fn a_wrong_file_of_weights_says_where_and_what_it_may_hold() {
     let folder = Folder::with(&["walk.bvh"]);
@@ -227,7 +227,7 @@ fn a_wrong_file_of_weights_says_where_and_what_it_may_hold() {
     }
 }
 
-/// A skeleton that was solved with other weights is compared with one that is solved with them.
+/// A skeleton solved with other weights is compared with a skeleton solved with the same weights.
 #[test]
 fn an_output_of_markers_is_verified_with_the_weights_of_the_solver() {
     let folder = Folder::with(&["walk.bvh"]);

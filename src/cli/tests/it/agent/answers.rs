@@ -1,4 +1,4 @@
-//! What the tools answer, held against the schemas that `tools/list` has.
+//! Compares the answers of the tools with the schemas in `tools/list`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -9,10 +9,10 @@ use super::{answers, call, error};
 use crate::at_root;
 use crate::program::{Folder, MANIFEST};
 
-/// The bytes that the list of tools may have: a client gives all of it to its model, in every session.
+/// The largest size of the list of tools, in bytes. A client passes the whole list to its model in every session.
 const MOST_BYTES: usize = 24_000;
 
-/// What is wrong with a value by a schema: the part of JSON Schema that the server's own schemas use.
+/// The violations of a schema by a value. Supports the part of JSON Schema that the server uses.
 fn faults(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let known = ["type", "description", "properties", "required", "items", "enum"];
     let keys = schema.as_object().unwrap().keys();
@@ -67,7 +67,7 @@ fn schemas(list: &Value) -> BTreeMap<&str, [&Value; 2]> {
     schemas
 }
 
-/// Checks an answer that was made: its content is of the schema, and is the text too.
+/// Checks a successful answer: its content fits the schema, and equals the text.
 fn check(schemas: &BTreeMap<&str, [&Value; 2]>, call: &Value, answer: &Value) {
     let tool = call["name"].as_str().unwrap();
     let [_, schema] = schemas[tool];
@@ -77,7 +77,7 @@ fn check(schemas: &BTreeMap<&str, [&Value; 2]>, call: &Value, answer: &Value) {
     let text: Value = serde_json::from_str(result["content"][0]["text"].as_str().unwrap()).unwrap();
     assert_eq!(&text, found);
     assert!(!found.as_object().unwrap().values().any(Value::is_null), "{found}");
-    // An error says why, and nothing else has the word.
+    // Only an error has the key `error`, with the reason.
     let is_error = result["isError"] == true;
     assert_eq!(found.get("problem").is_some(), is_error, "{call}: {answer}");
     assert!(found.get("error").is_none(), "{call}: {answer}");
@@ -98,7 +98,7 @@ fn with_takes() -> Folder {
     folder
 }
 
-/// The calls of `tools/mcp/calls.json`, which has every tool.
+/// Makes the calls of `tools/mcp/calls.json`, which has every tool.
 #[test]
 fn every_answer_is_of_the_schema_of_its_tool() {
     let folder = with_takes();
@@ -106,7 +106,7 @@ fn every_answer_is_of_the_schema_of_its_tool() {
     let mut requests = vec![("tools/list", json!({}))];
     for line in calls.as_array().unwrap() {
         let (tool, arguments) = (line[0].as_str().unwrap(), &line[1]);
-        // The answer of a dry run is of the schema too.
+        // The answer of a dry run also fits the schema.
         if arguments["output"].is_string() {
             let mut dry = arguments.clone();
             dry["dry-run"] = true.into();
@@ -134,7 +134,7 @@ fn every_answer_is_of_the_schema_of_its_tool() {
             assert!(found.get(key.as_str().unwrap()).is_some(), "{call}: no {key}: {found}");
         }
     }
-    // What a schema says that an answer may have, an answer of that schema has.
+    // Each property of a schema occurs in an answer.
     for [_, schema] in schemas.values() {
         let is_of_it = |call: &Value| call["name"].as_str().is_some_and(|tool| schemas[tool][1] == *schema);
         let of_it = found.iter().zip(&requests).filter(|(_, (_, call))| is_of_it(call));
@@ -181,7 +181,7 @@ fn answers_say_what_failed_and_what_is_worse_than_allowed() {
     let strict = json!({"inputs": ["takes/short.bvh"], "character": "hero.glb", "output": "a.glb", "max-angle": 0});
     let requests = [
         ("tools/list", json!({})),
-        // Made, and worse than is allowed.
+        // Calls whose output is written, but worse than the arguments allow.
         call("retarget", strict.clone()),
         call(
             "retarget",
@@ -193,9 +193,9 @@ fn answers_say_what_failed_and_what_is_worse_than_allowed() {
             "verify",
             json!({"source": "takes/walk.bvh", "result": "takes/short.bvh"}),
         ),
-        // A report of what is wrong is what was asked.
+        // Calls that ask for a report of problems.
         call("check", json!({"inputs": ["mixed"]})),
-        // Not made.
+        // Calls without an output.
         call("inspect", json!({"input": "mixed/wrong.bvh"})),
         call("inspect", json!({"input": "none.bvh"})),
         call("index", json!({"inputs": ["robots"], "output": "moves.mdb"})),
@@ -298,7 +298,7 @@ fn a_folder_has_a_verdict_and_the_worst_limb_of_each_motion() {
         assert_eq!(motion["worst_limb"]["bone"], worst["bone"], "{motion}");
         let difference = motion["worst_limb"]["mean_degrees"].as_f64().unwrap() - angle(&worst);
         assert!(difference.abs() <= 0.005, "{motion}: {worst}");
-        // One output says the same of its motion.
+        // A single output has the same verdict.
         if record["input"] == "dance.bvh" {
             let clip = &content(1)["clips"][0];
             assert_eq!(clip["worst_limb"], motion["worst_limb"]);
@@ -307,12 +307,12 @@ fn a_folder_has_a_verdict_and_the_worst_limb_of_each_motion() {
     }
     assert_eq!(content(0)["verdicts"], counts);
     assert_eq!(content(0)["count"], 3);
-    // The worst is the first.
+    // The worst motion is first.
     let grade = |motion: &Value| ["poor", "fair", "good"].iter().position(|it| motion["verdict"] == *it);
     assert!(motions.is_sorted_by_key(grade), "{motions:?}");
 }
 
-/// Who chooses takes wants motions: a character and a robot come last, whatever their verdict.
+/// A choice of takes needs motions, so a character and a robot come last, with any verdict.
 #[test]
 fn a_survey_of_a_whole_folder_begins_with_motions() {
     let folder = with_takes();
@@ -326,7 +326,7 @@ fn a_survey_of_a_whole_folder_begins_with_motions() {
     assert_eq!(others, ["h1.urdf", "hero.glb"]);
 }
 
-/// A client that has tools alone reads what others read as resources.
+/// A client with only tools can read the resources.
 #[test]
 fn the_tool_read_gives_what_resources_give() {
     let folder = with_takes();
@@ -343,7 +343,7 @@ fn the_tool_read_gives_what_resources_give() {
             read("mocap://job.schema.json", ""),
             read("mocap://steps", ""),
             read("mocap://formats", ""),
-            // A part that is null is a part.
+            // A null value is a valid part.
             read("mocap://reports/1", "/clips/0/error"),
         ],
     );
@@ -354,7 +354,7 @@ fn the_tool_read_gives_what_resources_give() {
     let report = resource(1);
     assert_eq!(value(2)["clips"].as_array().unwrap().len(), 3);
     assert_eq!(value(3), &report["clips"][0]["file"]);
-    // The whole schema of a job: nothing of it is cut.
+    // The schema of a job is returned without cuts.
     assert_eq!(value(5), &resource(4));
     assert!(found[5]["result"]["structuredContent"].get("note").is_none());
     let steps = value(6).as_array().unwrap();

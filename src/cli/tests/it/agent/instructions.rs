@@ -34,7 +34,7 @@ fn with_a_take(name: &str) -> Folder {
     folder
 }
 
-/// Makes the calls one after the other. Each does what it says, and what it says to write is there.
+/// Makes the calls in order. Each call succeeds and writes the named files.
 fn make(folder: &Folder, calls: &[(&str, Value)]) {
     for (answer, (_, call)) in answers(folder, calls).iter().zip(calls) {
         assert_eq!(answer["result"]["isError"], false, "{call}: {answer}");
@@ -50,13 +50,13 @@ fn every_call_of_the_instructions_is_made() {
     let found = answers(&folder, &[("server/discover", json!({})), ("tools/list", json!({}))]);
     let text = found[0]["result"]["instructions"].as_str().unwrap();
     let calls = calls(text, &names(&found[1]));
-    // No call hides in a sentence, where it would not be found.
+    // No call is inside a sentence, where the test would not find it.
     assert_eq!(calls.len(), text.matches('{').count(), "{text}");
     for tool in ["list", "survey", "edit", "retarget", "convert", "sheet", "read"] {
         assert!(calls.iter().any(|(_, call)| call["name"] == tool), "{tool}: {text}");
     }
     make(&folder, &calls);
-    // Clients that begin with a handshake read the same.
+    // Clients with a handshake get the same instructions.
     let mut server = Server::start(&folder, &[]);
     let params =
         json!({"protocolVersion": "2025-11-25", "capabilities": {}, "clientInfo": {"name": "test", "version": "1"}});

@@ -14,7 +14,7 @@ fn a_folder_is_listed_with_formats_and_sizes() {
     let copy = |from: &str, to: &str| folder.write(to, &fs::read(at_root(from)).unwrap());
     copy("fixtures/characters/human_vrm0.vrm", "hero.vrm");
     copy("fixtures/robots/h1_nomesh.xml", "h1.xml");
-    // What the contents say counts, and of a file that says nothing the extension.
+    // The contents determine the format, or else the extension.
     copy("fixtures/real/cmu_short.bvh", "really.txt");
     folder.write("broken.bvh", b"nothing");
     folder.write("notes.txt", b"a list of takes");
@@ -57,7 +57,7 @@ fn a_folder_is_listed_with_formats_and_sizes() {
     assert_eq!(files(3), expected);
 }
 
-/// A long list is cut, and its report has all.
+/// A long list is cut, and its report is complete.
 #[test]
 fn a_long_list_is_counted_and_cut() {
     let folder = Folder::of_real(&[]);

@@ -1,10 +1,10 @@
-//! What a client hears of calls that take long.
+//! The progress notifications of slow calls.
 
 use serde_json::{Value, json};
 
 use super::{Server, named, with_a_pipe};
 
-/// The notifications until `enough` is true of them.
+/// The notifications until `enough` returns true.
 fn heard(server: &Server, enough: impl Fn(&[Value]) -> bool) -> Vec<Value> {
     let mut heard = Vec::new();
     while !enough(&heard) {
@@ -21,7 +21,7 @@ fn of(heard: &[Value], token: impl Into<Value>) -> Vec<&Value> {
     heard.iter().filter(|params| params["progressToken"] == token).collect()
 }
 
-/// A call of one file has no files to count, and a call that waits for others has not begun: both are told by time.
+/// A call with one file has no files to count, and a waiting call has not begun. Both send notifications by time.
 #[test]
 fn every_call_of_more_than_a_second_is_told_about() {
     let folder = with_a_pipe();
@@ -44,7 +44,7 @@ fn every_call_of_more_than_a_second_is_told_about() {
             .all(|params| params["message"].as_str().unwrap().starts_with("running, ")),
         "{first:?}"
     );
-    // Four run at once, so that the last of these waits.
+    // Four calls run at once, so the last call waits.
     for token in 1..=4 {
         server.request(token, "tools/call", hang(json!(token)));
     }
@@ -66,7 +66,7 @@ fn every_call_of_more_than_a_second_is_told_about() {
     (1..=4).for_each(|id| server.cancel(id));
 }
 
-/// A call without a token hears nothing but its answer.
+/// A call without a token gets only its answer.
 #[test]
 fn a_call_that_asks_for_no_progress_hears_none() {
     let folder = with_a_pipe();

@@ -17,7 +17,7 @@ fn every_option_of_a_tool_is_one_of_its_command() {
     }
 }
 
-/// A text for an option that no tool has is left over.
+/// Every text belongs to an option of a tool.
 #[test]
 fn every_text_about_an_option_is_read() {
     for (name, _) in ABOUT {

@@ -1,4 +1,4 @@
-//! Work on many files that panics on one.
+//! Work on many files with a panic on one file.
 
 use mocap_cli::internals::{Input, InputArgs, find, for_each};
 

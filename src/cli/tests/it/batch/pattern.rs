@@ -10,8 +10,8 @@ fn fit(pattern: &str, path: &str) -> Fit {
     pattern.fit(path.split('/').filter(|name| !name.is_empty()))
 }
 
-/// The expected values are those of Bash with `globstar` and `dotglob`, but that a folder that matches has all that
-/// is below it.
+/// The expected values come from Bash with `globstar` and `dotglob`. Unlike in Bash, a matching folder includes
+/// everything below it.
 #[test]
 fn paths_fit_as_in_a_shell() {
     for (pattern, whole, above, no) in [

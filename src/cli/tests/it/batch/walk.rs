@@ -22,7 +22,7 @@ fn folder(entries: &[&str]) -> tempfile::TempDir {
     folder
 }
 
-/// What is found below `root`: files as they are, `!` before problems, `=` before folders that were searched.
+/// The entries found below `root`: `!` precedes problems, `=` precedes folders that were already searched.
 fn search(folder: &tempfile::TempDir, root: &str) -> Vec<String> {
     let root = folder.path().join(root);
     let (base, pattern) = match root.is_dir() {
@@ -61,10 +61,10 @@ fn a_folder_is_searched_once_however_links_lead_to_it() {
             "{found:?}"
         );
     }
-    // One folder is a link of the other, in both directions, and the link comes first.
+    // Each folder has a link to the other folder, and the link comes first.
     let crossed = folder(&["a/to_b -> ../b", "b/to_a -> ../a", "a/1", "b/2", "0 -> b"]);
     assert_eq!(search(&crossed, ""), ["=0", "=a/to_b", "=b/to_a", "a/1", "b/2"]);
-    // Many links to one folder give one path.
+    // Many links to a folder give one path.
     let links: Vec<String> = (0..50).map(|link| format!("in/{link:02} -> ../far")).collect();
     let entries: Vec<&str> = links
         .iter()
@@ -96,7 +96,7 @@ fn links_lead_to_data_elsewhere_and_never_up() {
         ["=in/set/back", "=in/set/deep", "in/deep/2", "in/file", "in/set/1"]
     );
     assert!(found[0].starts_with("!in/up: the link points to"), "{found:?}");
-    // A wildcard follows links as a folder does, and enters only what may match.
+    // A wildcard follows links like a folder, and only enters folders that may match.
     assert_eq!(search(&linked, "in/s*/1"), ["in/set/1"]);
     assert_eq!(search(&linked, "in/*/2")[1..], ["in/deep/2"]);
 }
