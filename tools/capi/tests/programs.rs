@@ -1,4 +1,4 @@
-//! The programs in C and C++, compiled, linked and run as their users would, under valgrind.
+//! Compiles, links and runs the programs in C and C++ like a user, under valgrind.
 
 #[path = "../../succeed.rs"]
 mod succeed;
@@ -12,16 +12,16 @@ const LECTURE: &str = "../../fixtures/real/lecture_Test.bvh";
 const SHORT: &str = "../../fixtures/real/cmu_short.bvh";
 const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
 
-/// Compilers that ask for more than the default, so that the header is clean for everyone.
+/// Compilers with additional warnings, so that the header compiles without warnings for all users.
 const C: &[&str] = &["cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 const CPP: &[&str] = &["c++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 
-/// Installs the library into a folder of its own, named after the test, in the profile that the tests are built with.
+/// Installs the library into a new folder named after the test, in the profile of the tests.
 fn installed(test: &str) -> PathBuf {
     let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let mut install = Command::new("./install");
     install.arg(&prefix).arg("dev");
-    // What the tests are built with, so that the library is not compiled a second time.
+    // Use the profile of the tests, so that the library is not compiled again.
     if cfg!(feature = "meshopt") {
         install.args(["--features", "meshopt"]);
     }
@@ -29,7 +29,7 @@ fn installed(test: &str) -> PathBuf {
     prefix
 }
 
-/// What `pkg-config` tells compilers about the library at `prefix`.
+/// The output of `pkg-config` for the library at `prefix`.
 fn flags(prefix: &Path, more: &[&str]) -> Vec<String> {
     let output = succeed(
         Command::new("pkg-config")
@@ -53,7 +53,7 @@ fn compile(compiler: &[&str], source: &str, program: &Path, flags: &[String]) {
     );
 }
 
-/// Runs a program under valgrind, which fails on any invalid access and on any memory that is not freed.
+/// Runs a program under valgrind, which fails on invalid accesses and memory leaks.
 fn run(program: &Path, prefix: &Path, files: &[&str]) -> String {
     let output = succeed(
         Command::new("valgrind")
@@ -102,7 +102,7 @@ fn a_cpp_program_reads_from_memory() {
     assert_eq!(run(&program, &prefix, &[LECTURE]), path_of_the_wrist(1));
 }
 
-/// Owners, errors and everything that `mocap.hpp` has, in the oldest C++ and in a newer one.
+/// Tests everything in `mocap.hpp`, in the oldest supported C++ and in a newer version.
 #[test]
 fn a_cpp_program_leaves_freeing_to_owners() {
     let prefix = installed("owners");
@@ -128,7 +128,7 @@ fn a_cpp_program_leaves_freeing_to_owners() {
     assert_eq!(run(&program, &prefix, &files), expected);
 }
 
-/// `examples/cmake`, as its first line says, with the shared library and with the static one.
+/// Builds `examples/cmake` with the shared library and with the static library.
 #[test]
 fn cmake_finds_the_library() {
     let prefix = installed("cmake");
@@ -160,7 +160,7 @@ fn cmake_finds_the_library() {
                 .arg(root),
         );
         succeed(Command::new("cmake").arg("--build").arg(&build));
-        // A tick is a tenth of a second, and the arm of a person 0.9 m: the guess of the unit scales it.
+        // A tick is 0.1 s. The inferred unit scales the arm to 0.9 m.
         let printed = succeed(Command::new(build.join("path_of_a_hand")).args([LECTURE, "EndSite_Wrist"]));
         let printed = String::from_utf8(printed.stdout).unwrap();
         let found: Vec<f64> = printed.split_whitespace().map(|word| word.parse().unwrap()).collect();
@@ -258,7 +258,7 @@ fn a_c_program_has_tables_and_reports() {
     mocap::Conversion::new().frame_rate(2.0).apply(&mut scene).unwrap();
     mocap::Exporter::new().export(&scene, &markers).unwrap();
     let output = prefix.join("short.glb");
-    // What an earlier run has written is not to be replaced.
+    // Remove the outputs of earlier runs, which the program would not replace.
     let _ = std::fs::remove_file(&output);
     let files = [
         "../../fixtures/made/plates.c3d",

@@ -1,6 +1,6 @@
-// A figure that is walked with keys and stick: motion matching in the browser, 60 times a second.
+// Steers a figure with keys and a stick by motion matching in the browser, at 60 frames per second.
 //
-// The address may say what is shown: ?moves=walks.mdb&character=hero.glb; ?yaw=1.2 is where the camera looks from.
+// The address can select the files: ?moves=walks.mdb&character=hero.glb. ?yaw=1.2 sets the direction of the camera.
 
 import { load } from "../package/index.js";
 import { Batch } from "../../../src/render/view/batch.js";
@@ -9,23 +9,23 @@ import { NO_BONE, PALETTE, THEMES } from "../../../src/render/view/colors.js";
 import { GlRenderer } from "../../../src/render/view/renderer_gl.js";
 import { normalize } from "../../../src/render/view/math.js";
 
-/** Metres per second of the stick at its edge, and with Shift. */
+/** The speed at the edge of the stick, and with Shift, in m/s. */
 const [WALK, RUN] = [1.3, 2.6];
-/** Frames of the figure in a second, and the most that are made up for after a pause. */
+/** The figure's frames per second, and the largest number of frames to catch up after a pause. */
 const [RATE, MOST_STEPS] = [60, 6];
-/** A stick of a gamepad that is this near to its centre is at its centre. */
+/** The dead zone of a gamepad's stick, as a fraction of its range. */
 const DEAD_ZONE = 0.15;
-/** Height of what the camera looks at, how far away it is, and how far the figure reaches: metres. */
+/** The height of the camera's target, the distance of the camera, and the reach of the figure, in metres. */
 const [HEIGHT, DISTANCE, REACH] = [0.9, 4.2, 0.9];
-/** How far around the figure its shadow is drawn, in metres, and in how many pixels along one side. */
+/** The radius of the drawn shadow around the figure, in metres, and the side of the shadow map, in pixels. */
 const [SHADOW_REACH, SHADOW_SIZE] = [1.7, 512];
-/** Where fewer frames a second are drawn, the picture gets coarser; where more are, finer again, but slowly. */
+/** Below the first frame rate, the picture gets coarser. Above the second, it slowly gets finer. */
 const [FEWEST, MOST] = [57, 59];
-/** Pixels of the coarsest picture for each of the page, along one side. */
+/** The coarsest resolution, in picture pixels per page pixel along one side. */
 const COARSEST = 0.5;
-/** Of a bone: its width at most, and its width for its length. */
+/** The largest width of a bone, and its width relative to its length. */
 const [WIDEST, SLENDERNESS] = [0.035, 0.14];
-/** A link longer than this is none of a body. */
+/** A longer link does not belong to a body. */
 const LONGEST_LINK = 0.8;
 
 const byId = (id) => document.getElementById(id);
@@ -34,14 +34,14 @@ const address = new URLSearchParams(location.search);
 const keys = new Set();
 const stick = { x: 0, y: 0 };
 
-/** What the keys, the stick and a gamepad ask for together: right and forward, at most 1 long. */
+/** The combined input of keys, stick and gamepad: right and forward, at most 1 long. */
 function asked() {
   const held = (...names) => (names.some((name) => keys.has(name)) ? 1 : 0);
   let x = held("KeyD", "ArrowRight") - held("KeyA", "ArrowLeft") + stick.x;
   let y = held("KeyW", "ArrowUp") - held("KeyS", "ArrowDown") + stick.y;
   for (const gamepad of navigator.getGamepads?.() ?? []) {
     if (!gamepad || Math.hypot(gamepad.axes[0], gamepad.axes[1]) < DEAD_ZONE) continue;
-    // A gamepad's y is down.
+    // The y axis of a gamepad points down.
     x += gamepad.axes[0];
     y -= gamepad.axes[1];
   }
@@ -56,7 +56,7 @@ function listen() {
     if (event.code.startsWith("Arrow")) event.preventDefault();
   });
   addEventListener("keyup", (event) => keys.delete(event.code));
-  // A key that is let go elsewhere is never heard of.
+  // The page gets no event for a key that is released outside it.
   addEventListener("blur", () => keys.clear());
   const pad = byId("stick");
   const move = (event) => {
@@ -76,7 +76,7 @@ function listen() {
   pad.addEventListener("pointercancel", release);
 }
 
-/** The links of the body: from a joint to the one above it. */
+/** The links of the body, from each joint to its parent. */
 function linksOf(hero) {
   const side = ({ name }) => (/left|(^|[_.-])l([_.-]|$)/i.test(name) ? 0 : /right|(^|[_.-])r([_.-]|$)/i.test(name) ? 1 : 2);
   const colors = [PALETTE[0], PALETTE[1], NO_BONE];
@@ -84,7 +84,7 @@ function linksOf(hero) {
   return hero.nodes.flatMap((node, id) => (ofBody(node) ? [{ id, parent: node.parent, color: colors[side(node)] }] : []));
 }
 
-/** How fine the picture is to be, in pixels for each of the page, where so many frames a second were drawn. */
+/** The new resolution in picture pixels per page pixel, for the measured frame rate. */
 function finer(fineness, frames) {
   const finest = Math.min(2, devicePixelRatio || 1);
   if (frames < FEWEST) return Math.max(COARSEST, fineness * Math.max(0.5, Math.sqrt(frames / RATE)));
@@ -120,7 +120,7 @@ async function start() {
   function step() {
     const { x, y } = asked();
     const speed = keys.has("ShiftLeft") || keys.has("ShiftRight") ? RUN : WALK;
-    // Right and forward as the camera sees them, over the ground.
+    // Right and forward of the camera, over the ground.
     const [sin, cos] = [Math.sin(camera.yaw), Math.cos(camera.yaw)];
     figure.steer(speed * (cos * x - sin * y), speed * (-sin * x - cos * y));
     return speed * Math.hypot(x, y);
@@ -164,12 +164,12 @@ async function start() {
     const rates = { frames: (1000 * frames) / (now - since), microseconds: (1000 * spent) / Math.max(1, steps) };
     byId("said").textContent = `${rates.frames.toFixed(0)} frames a second; ${rates.microseconds.toFixed(0)} µs for the figure each; ${figure.frames} frames of motion`;
     globalThis.demo.rates = rates;
-    // A page in the background draws nothing, which says nothing of its speed.
+    // Ignore the frame rate of a page in the background, which draws nothing.
     if (now - last < 500) fineness = finer(fineness, rates.frames);
     [frames, spent, steps, since] = [0, 0, 0, now];
   }
 
-  // For who looks at it from outside.
+  // For tests and the console.
   globalThis.demo = { figure, hero, camera, view };
   requestAnimationFrame(draw);
   canvas.focus();

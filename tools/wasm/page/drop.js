@@ -1,4 +1,4 @@
-// Where the drop page begins: the reader, a player without clips, and the desk that brings both together.
+// The entry point of the drop page: the reader, a player without clips, and the desk that connects them.
 
 import { byId } from "../../../src/render/view/dom.js";
 import { Player } from "../../../src/render/view/player.js";
@@ -17,7 +17,7 @@ const reader = new Reader({
 });
 const desk = new Desk(player, reader, ownPage);
 
-// For tests, and for a console.
+// For tests and the console.
 Object.defineProperty(window, "mocap", { get: () => player.handle });
 window.desk = desk;
 listenToParent(desk);

@@ -1,9 +1,9 @@
-// What is dropped or chosen comes to the desk.
+// Passes dropped and selected files to the desk.
 
 import { byId } from "../../../src/render/view/dom.js";
 import { chosenFiles, droppedFiles } from "./files.js";
 
-/** Files that are dropped on the page or chosen by its buttons are opened by the desk. */
+/** The desk opens files that the user drops on the page or selects with its buttons. */
 export function listenToFiles(desk) {
   const inputs = { "open-files": "file-input", "start-open": "file-input", "open-folder": "folder-input" };
   for (const [button, input] of Object.entries(inputs)) byId(button).addEventListener("click", () => byId(input).click());
@@ -24,7 +24,7 @@ export function listenToFiles(desk) {
     try {
       desk.open(await droppedFiles(event.dataTransfer), onFigure);
     } catch (error) {
-      desk.tell(`What was dropped could not be read: ${error.message}; try the buttons instead.`);
+      desk.tell(`The dropped files could not be read: ${error.message}; try the buttons instead.`);
     }
   });
 }

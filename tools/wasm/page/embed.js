@@ -1,6 +1,6 @@
-// The page within another: <mocap-player> of the package gives it files and settings, and hears what it shows.
+// The page embedded in another page: <mocap-player> of the package sends files and settings, and receives events.
 
-/** Milliseconds between two messages of the time. */
+/** Milliseconds between two messages with the current time. */
 const TIME_EVERY = 100;
 
 const say = (message) => parent.postMessage(message, "*");

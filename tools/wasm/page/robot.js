@@ -26,7 +26,7 @@ function linesOf({ verdict, mean_degrees, limbs, clamped, fraction_below_floor, 
 }
 
 export class RobotView {
-  // `player` is what shows the motion.
+  // `player` shows the motion.
   constructor(player) {
     this.player = player;
     this.chart = new Chart(byId("robot-curve"), (share) => this.robot && player.seekTime((share * (this.robot.frames - 1)) / this.robot.fps));
@@ -51,7 +51,7 @@ export class RobotView {
     this.showJoint();
   }
 
-  // A joint over time, in degrees where it turns, and its limits as lines.
+  // Draws a joint over time, in degrees for rotating joints, with its limits as lines.
   showJoint() {
     if (!this.robot || !byId("robot").open) return;
     const { frames, joints, positions } = this.robot;
@@ -68,7 +68,7 @@ export class RobotView {
     this.point();
   }
 
-  // How far a limb points from that of the motion, and the bounds of the verdict on its mean as lines.
+  // Draws the angle between a limb and the motion's limb, with the verdict's thresholds of the mean as lines.
   showLimb(limb) {
     const angles = limbAngles({ limbs: this.limbs }, limb);
     const bounds = this.bounds ? [this.bounds.good, this.bounds.fair].filter(Number.isFinite) : [];
@@ -79,7 +79,7 @@ export class RobotView {
     this.point();
   }
 
-  // The largest speed beside the one that the robot's file allows.
+  // Shows the largest speed and the velocity limit of the robot's file.
   fastest(row, velocity) {
     let most = 0;
     for (let frame = 1; frame < row.length; frame++) most = Math.max(most, Math.abs(row[frame] - row[frame - 1]));

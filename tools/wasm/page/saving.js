@@ -1,4 +1,4 @@
-// Files that are saved, and the job that makes them without the page.
+// Saves files, and shows the job that makes them without the page.
 
 import { byId, save } from "../../../src/render/view/dom.js";
 import { copy } from "../../../src/render/view/drag.js";
@@ -8,10 +8,10 @@ import { commandOf, jobOf } from "./job.js";
 import { plural } from "./opened.js";
 
 const TYPES = { glb: "model/gltf-binary", vrma: "model/gltf-binary", bvh: "text/plain", csv: "text/csv", png: "image/png" };
-/** Formats that may be written within an error. */
+/** Formats with an error bound. */
 const WITHIN = new Set(["glb", "vrma", "fbx", "mclip"]);
 
-/** Bytes of a motion above which a page has it packed, and metres that a joint may then be off. */
+/** The size of a motion above which a saved page packs it, in bytes, and the error bound in metres. */
 const LARGE_FILE = 16e6;
 const PAGE_ERROR = 1e-4;
 
@@ -51,7 +51,7 @@ export class Saving {
     }
   }
 
-  // Every motion as one archive. What cannot be written is named, and the others are saved.
+  // Saves all motions in one archive. Motions that cannot be written are named, and the others are saved.
   async saveAll(format) {
     const items = this.acts.all();
     const [files, failed] = [[], []];
@@ -68,7 +68,7 @@ export class Saving {
       if (files.length) save(zipOf(files), `motions_${format}.zip`, "application/zip");
       byId("saved").textContent = [`${plural(files.length, "file")} in one archive`, ...failed.map((text) => `not written, ${text}`)].join("; ");
     } catch (error) {
-      byId("saved").textContent = `The archive was not made: ${error.message}.`;
+      byId("saved").textContent = `The archive could not be saved: ${error.message}.`;
     }
   }
 
@@ -80,13 +80,13 @@ export class Saving {
       const page = await this.acts.page(items);
       save(page, `${stem(this.acts.chosen().name)}.html`, "text/html");
       const packed = items.some((item, index) => item !== shown[index]) ? `, packed within ${1000 * PAGE_ERROR} mm` : "";
-      byId("saved").textContent = `A page of ${(page.size / 1e6).toFixed(1)} MB with the motion in it${packed}, which anybody can open.`;
+      byId("saved").textContent = `A page of ${(page.size / 1e6).toFixed(1)} MB with the motion${packed}. Any browser can open it.`;
     } catch (error) {
-      byId("saved").textContent = `The page was not made: ${error.reason ?? error.message}`;
+      byId("saved").textContent = `The page could not be saved: ${error.reason ?? error.message}`;
     }
   }
 
-  // What is put into a page: the files as they are, or of a long motion a packed clip, a tenth as large.
+  // The files in a saved page: the original files, or for a long motion a packed clip, a tenth of the size.
   async forPage(item) {
     const size = item.files.reduce((sum, file) => sum + file.size, 0);
     if (item.onto || item.hasSkin || size <= LARGE_FILE) return item;
@@ -96,7 +96,7 @@ export class Saving {
   }
 
   show(item) {
-    // Arrays are those of a robot; a robot has no bones that a VRM animation names.
+    // Only robots have arrays. A robot has no bones for a VRM animation.
     const isRobot = Boolean(item.answer?.robot);
     for (const format of ["npz", "pkl"]) byId("save-row").querySelector(`[data-format=${format}]`).hidden = !isRobot;
     const { length } = this.acts.all();

@@ -1,9 +1,9 @@
-// The part of a motion that is kept, in frames of its file.
+// The trimmed part of a motion, in frames of its file.
 
 import { byId } from "../../../src/render/view/dom.js";
 
 export class Trim {
-  // `acts`: tick() is what is shown, change(values) applies other bounds, tell(text) says why not.
+  // `acts`: tick() returns the shown tick, change(values) applies new bounds, tell(text) shows an error.
   constructor(acts) {
     this.acts = acts;
     const bounds = () => [byId("trim-first").value, byId("trim-last").value];
@@ -13,7 +13,7 @@ export class Trim {
     byId("trim-none").addEventListener("click", () => acts.change({ first: undefined, last: undefined }));
   }
 
-  // The frame of the file at the tick that is shown.
+  // The frame of the file at the shown tick.
   get fileFrame() {
     const { change, frames, answer } = this.item;
     const last = change.last?.frame ?? frames - 1;

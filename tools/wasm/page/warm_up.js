@@ -1,7 +1,7 @@
-// A figure that nobody sees. A browser compiles a function of WebAssembly when it is first called, and well only when it
-// was called often, so the first file would take several times as long as the second.
+// Reads invisible figures to warm up the module. A browser compiles a WebAssembly function at its first call, and optimizes it
+// only after many calls. Without a warm-up, the first file would take several times as long as the second.
 
-/** A joint: its name, its OFFSET, and the joints below it. */
+/** A joint: its name, its OFFSET, and its children. */
 const LEG = (side, x) => [`${side}UpLeg`, [x, -5, 0], [`${side}Leg`, [0, -42, 0], [`${side}Foot`, [0, -40, 0], [`${side}ToeBase`, [0, -6, 14]]]]];
 const ARM = (side, x) => [`${side}Shoulder`, [x, 28, 0], [`${side}Arm`, [2 * x, 0, 0], [`${side}ForeArm`, [4 * x, 0, 0], [`${side}Hand`, [4 * x, 0, 0]]]]];
 const FIGURE = [
@@ -15,7 +15,7 @@ function joint([name, offset, ...children], isRoot) {
   return `${isRoot ? "ROOT" : "JOINT"} ${name}\n{\nOFFSET ${offset.join(" ")}\nCHANNELS ${channels}\n${below}}\n`;
 }
 
-/** A BVH file of a figure that walks about. */
+/** A BVH file of a walking figure. */
 function motionText(frames) {
   const hierarchy = joint(FIGURE, true);
   const columns = (hierarchy.match(/rotation/g) ?? []).length;
@@ -26,7 +26,7 @@ function motionText(frames) {
   return `HIERARCHY\n${hierarchy}MOTION\nFrames: ${frames}\nFrame Time: 0.0083333\n${Array.from({ length: frames }, row).join("\n")}\n`;
 }
 
-/** Reads such files as long as nothing else is to be done; short ones, so that a request need not wait. */
+/** Reads such files while the worker is idle. The files are short, so that requests need not wait. */
 export async function warmUp(mocap, isNeeded) {
   const text = motionText(300);
   for (let round = 0; round < 24; round++) {

@@ -1,5 +1,5 @@
-// The reader, beside the page so that the page stays alive. It does one request after another; each names its files, so
-// that a reader that was started again knows nothing it should have kept.
+// The reader, in a worker so that the page stays responsive. It executes requests one by one. Each request has its files, so
+// that a restarted reader needs no earlier state.
 //
 // A request is { id, call, item, ... }. An item has
 //   id          a number, never used again
@@ -8,7 +8,7 @@
 //   read        options of Mocap.read()
 //   change      options of Scene.convert(), without those that change the unit of the output
 //   steps       steps of Scene.edit(), as text
-//   onto        null, or { id, files, names }: the character that the motion is put on
+//   onto        null, or { id, files, names }: the character to which the motion is retargeted
 //   retarget    options of Scene.retarget()
 
 import { load } from "../package/index.js";
@@ -18,14 +18,14 @@ import { warmUp } from "./warm_up.js";
 let mocap;
 let isAsked = false;
 
-/** How many scenes stay, so that a change of the last files does not read them again. */
+/** The number of cached scenes, so that changes of the last files do not read them again. */
 const KEPT = 6;
 const scenes = new Map();
 
-/** The scene of a key, made where it is not there. */
+/** The cached scene of a key, or a new scene. */
 async function kept(key, make) {
   const scene = scenes.get(key) ?? (await make());
-  // The one that was used last is freed last.
+  // The least recently used scene is freed first.
   scenes.delete(key);
   scenes.set(key, scene);
   for (const [oldest, old] of scenes) {
@@ -36,7 +36,7 @@ async function kept(key, make) {
   return scene;
 }
 
-/** The files of an item with their bytes, which come piece by piece where they are long. */
+/** Reads the files of an item. Long files are read in pieces. */
 async function inputs({ files, names }, report) {
   const total = files.reduce((sum, file) => sum + file.size, 0);
   let done = 0;
@@ -67,7 +67,7 @@ async function sceneOf(item, report) {
     if (isRobot(item)) return mocap.readCharacter(files, { gltfMeshes: true, morphTargets: true });
     return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, morphTargets: true, ...read });
   });
-  // Steps are for the motion without a rest pose before it, as `mocap edit` does it.
+  // Steps need the motion without a rest pose before it, as in `mocap edit`.
   const wanted = steps.length && !change.firstFrame ? { ...change, firstFrame: "auto" } : change;
   const converted = Object.keys(wanted).length
     ? await kept(JSON.stringify([id, read, wanted]), () => base.convert({ ...wanted, keepUnits: true }))
@@ -83,10 +83,10 @@ async function sceneOf(item, report) {
   return kept(JSON.stringify([id, read, change, steps, onto.id, retarget]), () => changed.retarget(character, { ...retarget, limbAngles: true }));
 }
 
-/** A robot is read as a body, and is never a motion. */
+/** A robot is read as a character, and is never a motion. */
 const isRobot = ({ names }) => /\.(urdf|xml|mjcf)$/i.test(names[0]);
 
-/** What a list says of a scene. */
+/** The facts of a scene for the list. */
 function facts(scene) {
   const [animation] = scene.animations;
   return {
@@ -101,7 +101,7 @@ function facts(scene) {
 }
 
 const calls = {
-  /** Reads a file for the list alone. */
+  /** Reads a file only for the list. */
   async inspect({ item }, report) {
     const files = await inputs(item, (share) => report("reading", share));
     report("parsing");
@@ -116,20 +116,20 @@ const calls = {
     const scene = await sceneOf(item, report);
     report("packing");
     const shown = scene.toPlayer(name);
-    // The reports of a motion on a character are of that, others of its steps.
+    // The reports of a retargeted motion describe retargeting; other reports describe steps.
     const [retargeted] = item.onto ? scene.reports : [];
     const edits = item.onto ? [] : scene.reports;
-    // Joints of a robot over time, with their limits.
+    // The joints of a robot over time, with their limits.
     const robot = item.onto && isRobot(item.onto) ? scene.robotMotion() : null;
     return [{ ...facts(scene), ...shown, retargeted, edits, robot }, shown.blocks.map(([, bytes]) => bytes.buffer)];
   },
 
-  /** The steps that there are. */
+  /** The available steps. */
   async steps() {
     return [mocap.steps];
   },
 
-  /** Joints of a robot, for an archive of arrays. */
+  /** The joints of a robot, for an archive of arrays. */
   async robotMotion({ item }, report) {
     return [(await sceneOf(item, report)).robotMotion()];
   },
@@ -138,7 +138,7 @@ const calls = {
   async save({ item, name, format, options }, report) {
     const scene = await sceneOf(item, report);
     report("writing");
-    // Only a picture has the clip's name in it.
+    // Only a picture shows the name of the clip.
     const written = scene.write(format, format === "png" ? { name } : options);
     return [{ bytes: written.bytes, warnings: written.warnings }, [written.bytes.buffer]];
   },
