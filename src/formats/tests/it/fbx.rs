@@ -591,7 +591,7 @@ fn a_texture_that_is_missing_is_told() {
             "gone.png",
             "other.png",
             png(),
-            "the texture \"gone.png\" is not in the file, and not beside it",
+            "the texture \"gone.png\" is not in the file and not near it",
         ),
         (
             "paint.tga",
