@@ -46,7 +46,7 @@ use self::defects::Findings;
 pub use self::filter::Condition;
 pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
 pub(crate) use self::motion::{Body, Motion};
-use self::moving::MovingPart;
+use self::moving::{MovingPart, moving_frames};
 use self::report::{ClipRecord, ClipRow, Quality};
 pub use self::select::{SelectAmount, SelectBy};
 pub use self::thresholds::{DefectKind, Thresholds};
@@ -58,42 +58,46 @@ impl Thresholds {
     ///
     /// The [module](crate::survey) has an example.
     pub fn examine(&self, scene: &Scene, file: &str) -> Vec<ClipRecord> {
+        self.examine_read(scene.clone(), file)
+    }
+
+    /// The same without a copy of the scene, whose keys may take most of the memory.
+    #[doc(hidden)]
+    pub fn examine_read(&self, mut scene: Scene, file: &str) -> Vec<ClipRecord> {
+        let (figure, count) = (Figure::new(&scene), scene.animations.len().max(1));
         let mut clips = Vec::new();
-        examine_each(scene, &Figure::new(scene), file, self, |row, motion| {
+        examine_each(&mut scene, &figure, file, self, |row, motion| {
             let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
             clips.push(ClipRecord {
                 row,
                 fingerprint,
-                clips: scene.animations.len().max(1),
+                clips: count,
             });
         });
         clips
     }
 }
 
-/// Calls a function with the row of every clip of a file, and with the motion if the clip has a readable motion.
+/// Calls a function with the row of every clip of a file, and with the motion if the clip has a readable motion. The
+/// scene is unchanged afterwards.
 pub(crate) fn examine_each(
-    scene: &Scene,
+    scene: &mut Scene,
     figure: &Figure,
     file: &str,
     thresholds: &Thresholds,
     mut each: impl FnMut(ClipRow, Option<Motion<'_>>),
 ) {
-    let still = Animation::default();
-    let clips = match scene.animations.as_slice() {
-        [] => std::slice::from_ref(&still),
-        clips => clips,
-    };
-    for (index, clip) in clips.iter().enumerate() {
+    if scene.animations.is_empty() {
         let mut row = of_scene(scene, figure, file);
-        row.clip = clip_name((index, clip));
-        if scene.animations.is_empty() {
-            let joints = row.joints.max(1) as f64;
-            row.amounts.insert(DefectKind::NoMotion, joints);
-            row.judge(thresholds);
-            each(row, None);
-            continue;
-        }
+        row.clip = clip_name((0, &Animation::default()));
+        let joints = row.joints.max(1) as f64;
+        row.amounts.insert(DefectKind::NoMotion, joints);
+        row.judge(thresholds);
+        each(row, None);
+    }
+    for index in 0..scene.animations.len() {
+        let mut row = of_scene(scene, figure, file);
+        row.clip = clip_name((index, &scene.animations[index]));
         match of_clip(scene, index, figure, thresholds, &mut row) {
             Ok(motion) => {
                 row.round();
@@ -140,26 +144,37 @@ fn started<'a>(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Resu
     Ok(motion)
 }
 
+/// Finds the defects of the part of a clip in which the body moves.
+fn find_in_part(part: &MovingPart, findings: &mut Findings<'_>) -> Result<()> {
+    let errors = MotionErrors::find(&part.scene, 0, &part.figure)?;
+    let motion = started(&part.scene, &part.scene.animations[0], &part.figure)?;
+    findings.find_moving(&motion, &errors, Some(&part.frames));
+    Ok(())
+}
+
 fn of_clip<'a>(
-    scene: &'a Scene,
+    scene: &'a mut Scene,
     index: usize,
     figure: &Figure,
     thresholds: &Thresholds,
     row: &mut ClipRow,
 ) -> Result<Motion<'a>> {
-    let animation = &scene.animations[index];
     let mut moving = Findings::new(thresholds);
-    let part = MovingPart::new(scene, animation, &Motion::without_contacts(scene, animation, figure)?);
-    // Free the memory of the errors and of the moving part before the motion allocates its own.
-    let errors = match part {
-        Some(part) => {
-            let errors = MotionErrors::find(&part.scene, 0, &part.figure)?;
-            let motion = started(&part.scene, &part.scene.animations[0], &part.figure)?;
-            moving.find_moving(&motion, &errors, Some(&part.frames));
+    let whole = Motion::without_contacts(scene, &scene.animations[index], figure)?;
+    let frames = moving_frames(scene, &whole);
+    // What the errors and the moving part need is dropped before the motion takes its own.
+    drop(whole);
+    let errors = match frames {
+        Some(frames) => {
+            let part = MovingPart::take(scene, index, frames);
+            let found = find_in_part(&part, &mut moving);
+            part.give_back(&mut scene.animations[index]);
+            found?;
             None
         }
         None => Some(MotionErrors::find(scene, index, figure)?),
     };
+    let (scene, animation) = (&*scene, &scene.animations[index]);
     let motion = started(scene, animation, figure)?;
     row.rate = Some(motion.rate);
     row.frames = motion.frames as u64;

@@ -28,14 +28,14 @@ pub struct Sidecar {
 }
 
 impl Sidecar {
-    /// The sidecar of the file that `options` name, which has these bytes.
-    pub(super) fn of(scene: &Scene, options: &WriteOptions, bytes: &[u8]) -> ExportFile {
+    /// The sidecar of the file that `options` name.
+    pub(super) fn of(scene: &Scene, options: &WriteOptions, file: &ExportFile) -> ExportFile {
         let sidecar = Self {
             mocap: Provenance {
                 losses: FormatInfo::of(Format::Bvh).losses(scene, options.bvh.ledger()),
                 ..Provenance::of(scene)
             },
-            sha256: sum(bytes),
+            sha256: sum(file.parts()),
         };
         let text = serde_json::to_string_pretty(&sidecar).expect("a provenance has no map without text as keys");
         ExportFile::new(
@@ -67,7 +67,7 @@ impl Sidecar {
     /// Whether it applies to a file with these bytes.
     #[doc(hidden)]
     pub fn is_about_bytes(&self, bytes: &[u8]) -> bool {
-        self.is_about(&sum(bytes))
+        self.is_about(&sum([bytes]))
     }
 
     /// Sets the unit, the up axis and the origin of a scene, if its file does not state them.
@@ -92,7 +92,9 @@ impl Sidecar {
     }
 }
 
-fn sum(bytes: &[u8]) -> String {
-    let digits = Sha256::digest(bytes);
+fn sum<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+    let mut sum = Sha256::new();
+    parts.into_iter().for_each(|part| sum.update(part));
+    let digits = sum.finalize();
     digits.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -222,7 +222,7 @@ fn examine(thresholds: &Thresholds, read: &InputOptions, files: Files<'_>, path:
         .is_some_and(|extension| extension.eq_ignore_ascii_case("jsonl"));
     if !is_record {
         let scene = files.import(&importer(read), path)?;
-        return Ok(thresholds.examine(&scene, &path.to_string_lossy()));
+        return Ok(thresholds.examine_read(scene, &path.to_string_lossy()));
     }
     let text = files.text(path)?;
     ClipRecord::from_lines(&text).map_err(|error| error.with_path(path))

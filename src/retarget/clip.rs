@@ -37,7 +37,9 @@ pub(super) fn animation(
     let mut poses = Poses::new(body, source, animation, &plan.watched);
     let mut solved = Solved::new(plan, poses.joints());
     let mut hips_path = Vec::with_capacity(ticks.len());
-    let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); plan.drives.len()];
+    // A copy of an empty list has no capacity, so `vec!` would make lists that grow to twice their length.
+    let drives = plan.drives.iter();
+    let mut rotations: Vec<Vec<Quat>> = drives.map(|_| Vec::with_capacity(ticks.len())).collect();
     for block in ticks.chunks(LANES) {
         poses.see(block, &mut solved.seen);
         solve_block(&mut solved, plan, root);

@@ -14,42 +14,69 @@ const LONGEST: f64 = 0.1;
 /// The fewest frames of a motion.
 const LEAST: usize = 8;
 
-/// The part of a clip in which the body moves.
+/// The frames in which the body moves. `None` if the body moves in all frames, or in hardly any frame.
+pub(super) fn moving_frames(scene: &Scene, motion: &Motion) -> Option<Vec<usize>> {
+    let longest = motion.frames_in(LONGEST);
+    let mut moves = vec![true; motion.frames];
+    moves[..defects::starts(motion)].fill(false);
+    moves[defects::stops(motion)..].fill(false);
+    for [from, to] in super::spans(motion.frames, |frame| motion.held[frame]) {
+        if to + 1 - from > longest {
+            moves[from..=to].fill(false);
+        }
+    }
+    let frames: Vec<usize> = (0..motion.frames).filter(|frame| moves[*frame]).collect();
+    let has_other_frames = frames.len() < motion.frames && frames.len() >= LEAST;
+    (has_other_frames && !scene.has_points()).then_some(frames)
+}
+
+/// The part of a clip in which the body moves. The keys of the clip are in this part until
+/// [`give_back`](Self::give_back): a copy of the keys of a long clip takes too much memory.
 pub(super) struct MovingPart {
     pub(super) scene: Scene,
     pub(super) figure: Figure,
     /// For each frame of the part, the frame of the clip.
     pub(super) frames: Vec<usize>,
+    /// The keys of the other frames of each channel.
+    others: Vec<Others>,
 }
 
+struct Others {
+    positions: OtherKeys<Vec3>,
+    rotations: OtherKeys<Quat>,
+    scales: OtherKeys<Vec3>,
+}
+
+/// The values of the other frames; `None` where the clip still has its keys.
+type OtherKeys<T> = Option<Vec<T>>;
+
 impl MovingPart {
-    /// Returns `None` if the body moves in all frames, or in hardly any frame.
-    pub(super) fn new(scene: &Scene, animation: &Animation, motion: &Motion) -> Option<Self> {
-        let longest = motion.frames_in(LONGEST);
-        let mut moves = vec![true; motion.frames];
-        moves[..defects::starts(motion)].fill(false);
-        moves[defects::stops(motion)..].fill(false);
-        for [from, to] in super::spans(motion.frames, |frame| motion.held[frame]) {
-            if to + 1 - from > longest {
-                moves[from..=to].fill(false);
-            }
-        }
-        let frames: Vec<usize> = (0..motion.frames).filter(|frame| moves[*frame]).collect();
-        if scene.has_points() || frames.len() == motion.frames || frames.len() < LEAST {
-            return None;
-        }
-        let channels = animation.channels.iter().map(|channel| Channel {
-            node_name: channel.node_name.clone(),
-            node: channel.node,
-            position_keys: kept(&channel.position_keys, &frames, Keys::<Vec3>::sample),
-            rotation_keys: kept(&channel.rotation_keys, &frames, Keys::<Quat>::sample),
-            scaling_keys: kept(&channel.scaling_keys, &frames, Keys::<Vec3>::sample),
-        });
+    pub(super) fn take(scene: &mut Scene, animation: usize, frames: Vec<usize>) -> Self {
+        let clip = &mut scene.animations[animation];
+        let take = |channel: &mut Channel| {
+            let (position_keys, positions) = take(&mut channel.position_keys, &frames, Keys::<Vec3>::sample);
+            let (rotation_keys, rotations) = take(&mut channel.rotation_keys, &frames, Keys::<Quat>::sample);
+            let (scaling_keys, scales) = take(&mut channel.scaling_keys, &frames, Keys::<Vec3>::sample);
+            let channel = Channel {
+                node_name: channel.node_name.clone(),
+                node: channel.node,
+                position_keys,
+                rotation_keys,
+                scaling_keys,
+            };
+            let others = Others {
+                positions,
+                rotations,
+                scales,
+            };
+            (channel, others)
+        };
+        let (channels, others) = clip.channels.iter_mut().map(take).unzip();
         let animation = Animation {
-            name: animation.name.clone(),
-            ticks_per_second: animation.ticks_per_second,
+            name: clip.name.clone(),
+            ticks_per_second: clip.ticks_per_second,
             duration: (frames.len() - 1) as f64,
-            channels: channels.collect(),
+            channels,
         };
         let scene = Scene {
             nodes: scene.nodes.clone(),
@@ -59,15 +86,83 @@ impl MovingPart {
             ..Scene::default()
         };
         let figure = Figure::new(&scene);
-        Some(Self { scene, figure, frames })
+        Self {
+            scene,
+            figure,
+            frames,
+            others,
+        }
+    }
+
+    /// Gives the clip its keys back.
+    pub(super) fn give_back(self, clip: &mut Animation) {
+        let taken = self.scene.animations.into_iter().flat_map(|clip| clip.channels);
+        for ((channel, taken), others) in clip.channels.iter_mut().zip(taken).zip(self.others) {
+            give_back(
+                &mut channel.position_keys,
+                taken.position_keys,
+                others.positions,
+                &self.frames,
+            );
+            give_back(
+                &mut channel.rotation_keys,
+                taken.rotation_keys,
+                others.rotations,
+                &self.frames,
+            );
+            give_back(
+                &mut channel.scaling_keys,
+                taken.scaling_keys,
+                others.scales,
+                &self.frames,
+            );
+        }
     }
 }
 
-fn kept<T: Copy>(keys: &Keys<T>, frames: &[usize], sample: fn(&Keys<T>, f64) -> Option<T>) -> Keys<T> {
+/// The values of some frames, and those of the others where they were taken out of `keys`.
+fn take<T: Copy>(
+    keys: &mut Keys<T>,
+    frames: &[usize],
+    sample: fn(&Keys<T>, f64) -> Option<T>,
+) -> (Keys<T>, OtherKeys<T>) {
     if keys.len() < 2 {
-        return keys.clone();
+        return (keys.clone(), None);
     }
-    let mut values = Vec::with_capacity(frames.len());
-    values.extend(frames.iter().filter_map(|frame| sample(keys, *frame as f64)));
-    Keys::every_tick(values)
+    let is_every_frame = keys.ticks.is_none() && frames.last().is_some_and(|last| *last < keys.len());
+    if !is_every_frame {
+        let values = frames.iter().filter_map(|frame| sample(keys, *frame as f64));
+        return (Keys::every_tick(values.collect()), None);
+    }
+    let mut values = std::mem::take(&mut keys.values);
+    let mut others = Vec::with_capacity(values.len() - frames.len());
+    let mut kept = 0;
+    for frame in 0..values.len() {
+        if frames.get(kept) == Some(&frame) {
+            values[kept] = values[frame];
+            kept += 1;
+        } else {
+            others.push(values[frame]);
+        }
+    }
+    values.truncate(kept);
+    (Keys::every_tick(values), Some(others))
+}
+
+/// Undoes [`take`].
+fn give_back<T: Copy>(keys: &mut Keys<T>, taken: Keys<T>, others: OtherKeys<T>, frames: &[usize]) {
+    let Some(mut others) = others else { return };
+    let mut values = taken.values;
+    let mut kept = values.len();
+    let Some(first) = values.first().copied() else { return };
+    values.resize(kept + others.len(), first);
+    for frame in (0..values.len()).rev() {
+        if kept > 0 && frames[kept - 1] == frame {
+            kept -= 1;
+            values[frame] = values[kept];
+        } else if let Some(other) = others.pop() {
+            values[frame] = other;
+        }
+    }
+    keys.values = values;
 }

@@ -54,7 +54,7 @@ impl BvhOptions {
     /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, if a value is not finite or a
     /// quaternion is not a rotation. Also if the scene has no nodes.
     pub fn write(&self, scene: &Scene) -> Result<Vec<u8>> {
-        Ok(build::text(scene, self)?.0.into_bytes())
+        Ok(build::text(scene, self)?.0.concat())
     }
 }
 
@@ -72,11 +72,8 @@ impl BvhOptions {
 /// The files of this format.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let (text, renamed) = build::text(scene, &options.bvh)?;
-    let beside = options
-        .bvh
-        .sidecar
-        .then(|| Sidecar::of(scene, options, text.as_bytes()));
-    let main = ExportFile::new(&options.name, text.into_bytes());
+    let main = ExportFile::of_parts(&options.name, text);
+    let beside = options.bvh.sidecar.then(|| Sidecar::of(scene, options, &main));
     Ok(Export {
         warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
         renamed,

@@ -8,9 +8,10 @@ use mocap_figure::report::Guess;
 use mocap_figure::{Axis, Confidence, Figure, Humanoid};
 use mocap_formats::{Export, FormatInfo};
 use mocap_io::Importer;
+use mocap_io::export::is_at_rest_for;
 use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::process::SkeletonMesh;
+use mocap_scene::process::{self, SkeletonMesh};
 use mocap_scene::scene::Scene;
 
 use super::skeletons::up_of_others;
@@ -166,6 +167,10 @@ impl Maker<'_> {
         let bones = self.names.is_some().then(bones);
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
+        // The exporter would convert a copy.
+        if !is_at_rest_for(&scene, row) {
+            process::zero_rest_rotations(&mut scene)?;
+        }
         let mut written = exporter.write_as(&scene, write.name_of(output))?;
         written.notes.extend(said_of_faces);
         naming

@@ -22,8 +22,11 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 /// The frame rate of a file with only a rest pose, in frames per second.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-/// The text, and the renamed nodes.
-pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<NodeRename>)> {
+/// The length in bytes of a part of the text. One growing text would take up to three times its memory.
+const PART: usize = 1 << 20;
+
+/// The text in parts, and the renamed nodes.
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(Vec<Vec<u8>>, Vec<NodeRename>)> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
     let (heads, renamed) = heads(scene, &joints);
@@ -40,8 +43,10 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<N
     let shortest = shortest([frame_time], |[seconds]| seconds.recip() == frame_rate);
     push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
     text.push('\n');
-    push_rows(&mut text, &motion, &joints, frames, options)?;
-    Ok((text, renamed))
+    let mut parts = Vec::new();
+    push_rows((&mut text, &mut parts), &motion, &joints, frames, options)?;
+    parts.push(text.into_bytes());
+    Ok((parts, renamed))
 }
 
 /// The form in which one node is written.
@@ -263,7 +268,7 @@ fn channels_line(joint: &Joint<'_>) -> String {
 }
 
 fn push_rows(
-    text: &mut String,
+    (text, parts): (&mut String, &mut Vec<Vec<u8>>),
     motion: &Motion<'_>,
     joints: &[Joint<'_>],
     frames: usize,
@@ -313,6 +318,10 @@ fn push_rows(
             text.pop();
         }
         text.push('\n');
+        if text.len() > PART {
+            let room = text.len() + text.len() / 16;
+            parts.push(std::mem::replace(text, String::with_capacity(room)).into_bytes());
+        }
     }
     Ok(())
 }

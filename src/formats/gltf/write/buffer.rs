@@ -143,6 +143,7 @@ impl Buffer {
     pub(super) fn push<T: Component, const N: usize>(&mut self, usage: Usage, elements: &[[T; N]]) -> Index<Accessor> {
         let start = self.end();
         self.look_at(elements);
+        self.make_room(size_of_val(elements));
         for component in elements.iter().flatten() {
             component.append(&mut self.bytes);
         }
@@ -153,6 +154,16 @@ impl Buffer {
         let accessor = self.accessor(T::TYPE, N, elements.len());
         self.locate(accessor, view, start - view_start as usize);
         self.index(accessor)
+    }
+
+    /// Makes room for bytes. A large buffer grows by a sixteenth, because the default, twice its length, is memory that
+    /// no byte uses.
+    fn make_room(&mut self, bytes: usize) {
+        const SMALL: usize = 1 << 20;
+        let free = self.bytes.capacity() - self.bytes.len();
+        if free < bytes && self.bytes.len() > SMALL {
+            self.bytes.reserve_exact(bytes.max(self.bytes.len() / 16));
+        }
     }
 
     /// Appends an image file, with its own view.

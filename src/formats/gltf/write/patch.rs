@@ -215,22 +215,23 @@ pub(in super::super) fn with_animations(
     }
     edits.append("buffers", sections.buffers, &items(&new_buffers)?)?;
     let text = edits.finish();
+    let mut keys = parts.bytes;
     let file = if is_glb {
         let mut chunk = bin.map(|bin| if in_chunk { freed.chunk(bin) } else { bin.to_vec() });
-        if in_chunk {
-            let chunk = chunk.get_or_insert_default();
-            chunk.resize(base.bytes, 0);
-            chunk.extend_from_slice(&parts.bytes);
+        match in_chunk {
+            true => chunk.get_or_insert_default().resize(base.bytes, 0),
+            false => keys.clear(),
         }
-        let length = chunk.as_ref().map(Vec::len);
-        let glb = Glb::new(text.into_bytes(), length, json::further_chunks(bytes)?)?;
-        glb.around(chunk.as_deref().unwrap_or_default())
+        let length = chunk.as_ref().map(|chunk| chunk.len() + keys.len());
+        let Glb { head, tail } = Glb::new(text.into_bytes(), length, json::further_chunks(bytes)?)?;
+        vec![head, chunk.unwrap_or_default(), std::mem::take(&mut keys), tail]
     } else {
         let mark = bytes.len() - bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).len();
-        [&bytes[..mark], text.as_bytes()].concat()
+        vec![bytes[..mark].to_vec(), text.into_bytes()]
     };
-    let beside = beside.map(|beside| ExportFile::new(beside, parts.bytes));
-    let files = Vec::from_iter(beside.into_iter().chain([ExportFile::new(name, file)]));
+    let beside = beside.map(|beside| ExportFile::new(beside, keys));
+    let file = ExportFile::of_parts(name, file);
+    let files = Vec::from_iter(beside.into_iter().chain([file]));
     report.bytes = files.iter().map(ExportFile::len).sum();
     Ok((files, report))
 }
