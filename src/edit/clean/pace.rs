@@ -32,7 +32,7 @@ const AROUND: f64 = 0.06;
 
 /// The least time constant of this window in frames, so that it sums several frames at 25 frames per second.
 const AROUND_FRAMES: f64 = 2.5;
-/// The log-likelihood, relative to the best filter, below which a filter does not count.
+/// A filter does not count if the natural logarithm of its likelihood ratio to the best filter is below this.
 const HARDLY: f64 = -25.0;
 
 /// The exponent of a likelihood. Every frame is predicted from both sides, so each likelihood counts half.

@@ -66,8 +66,8 @@ fn a_limb_reaches_its_target() {
     }
 }
 
-/// An elbow or a knee does not swing around, even if the limb is far from its place, near to it for a moment, or the
-/// body jumps in one frame. Its acceleration is at most 1.3 times the largest of the source.
+/// An elbow or a knee does not swing around. This holds if the limb is far from its goal, near its goal for a moment,
+/// or if the body jumps in one frame. The acceleration is at most 1.3 times the largest of the source.
 #[test]
 fn the_middle_of_a_limb_is_not_swung_about() {
     let arm = ["leftLowerArm", "leftHand", "head"];
@@ -312,7 +312,7 @@ fn a_motion_is_put_on_the_floor() {
             .iter()
             .map(|at| at[left].y.min(at[right].y))
             .collect();
-        lowest.sort_by(f64::total_cmp);
+        lowest.sort_unstable_by(f64::total_cmp);
         lowest[lowest.len() / 10]
     });
     assert!(toes > 0 && floor(&lifted) > 0.29);
