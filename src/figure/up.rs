@@ -174,7 +174,7 @@ impl Motion {
         let up = axis.direction().unwrap_or_default();
         let lowest = |parts: &[Vec3]| parts.iter().map(|part| part.dot(up)).fold(f32::INFINITY, f32::min);
         let mut low: Vec<f32> = self.frames.iter().map(|(_, parts)| lowest(parts)).collect();
-        low.sort_by(f32::total_cmp);
+        low.sort_unstable_by(f32::total_cmp);
         let at = |fraction: f32| low[((low.len() - 1) as f32 * fraction) as usize];
         let (wander, ground) = (at(0.9) - at(0.1), at(0.5));
         let joints = self.frames.iter().flat_map(|(_, parts)| parts);

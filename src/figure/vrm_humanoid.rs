@@ -245,7 +245,7 @@ fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
                 .flatten()
                 .filter(|tick| tick.fract() != 0.0),
         );
-        all.sort_by(f64::total_cmp);
+        all.sort_unstable_by(f64::total_cmp);
         all.dedup();
         if all.len() > MOST_KEYS_A_FRAME * whole.len() {
             return whole;

@@ -1,13 +1,14 @@
 //! Finds the parts of an animal on four legs: trunk, legs, neck, head and tail.
 //!
 //! Two pairs of limbs are the legs if they stand one behind the other under a level trunk, at rest or in the motion.
-//! The names, the direction of travel, the toes and the tree vote on the front pair. Left and right follow from the
-//! front pair and the direction of the legs. Names of sides only raise or lower the confidence.
+//! The names, the axes of a robot's file, the direction of travel, the toes and the tree vote on the front pair. Left
+//! and right follow from the front pair and the direction of the legs. Names of sides only raise or lower the
+//! confidence.
 
 mod stance;
 
 use glam::Vec3;
-use mocap_scene::scene::{NodeId, Scene, Side};
+use mocap_scene::scene::{Format, NodeId, Scene, Side};
 use serde::Serialize;
 
 use self::stance::Stance;
@@ -308,6 +309,7 @@ fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'
                     views: standing.into_iter().map(<[Vec3]>::to_vec).collect(),
                     pairs: [one, other],
                     length: 0.5 * (short + long),
+                    is_robot: matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf)),
                 };
                 best = Some((score, stance));
             }

@@ -16,7 +16,11 @@ const ASIDE: f32 = 0.4;
 /// The smallest length of a neck or a tail, as a fraction of the length of the legs. Ears and helpers are shorter.
 const SHORTEST_CHAIN: f32 = 0.15;
 
-/// The weight of names of front and hind legs in the vote on which pair is in front. It is the largest weight.
+/// The weight of the axes of a robot's file in the vote on which pair is in front. It is the largest weight, because
+/// robots have +X forward (REP 103 of ROS).
+const BY_AXES: f32 = 4.0;
+
+/// The weight of names of front and hind legs, in the same vote. It is the largest weight for animals.
 const BY_NAME: f32 = 3.0;
 
 /// The weight of a named head or tail, in the same vote. It is below the weight of named legs.
@@ -43,6 +47,8 @@ pub(super) struct Stance<'a> {
     pub(super) views: Vec<Vec<Vec3>>,
     pub(super) pairs: [&'a Legs; 2],
     pub(super) length: f32,
+    /// Whether +X is forward at rest, as in the file of a robot.
+    pub(super) is_robot: bool,
 }
 
 impl Stance<'_> {
@@ -90,8 +96,13 @@ impl Stance<'_> {
         let count = self.views.len().saturating_sub(2);
         let travel = steps.take(count).sum::<f32>() / self.length;
         let is_below = |node: usize, above: usize| node != above && tree.is_within(node, above);
+        let axes = match self.is_robot {
+            true => self.along(&tree.at).x,
+            false => 0.0,
+        };
         let mut votes = vec![BY_NAME * named.clamp(-1.0, 1.0)];
         for (weight, value, least) in [
+            (BY_AXES, axes, 0.0),
             (BY_HEAD_OR_TAIL, head, 0.0),
             (BY_HEAD_OR_TAIL, -tail, 0.0),
             (BY_TRAVEL, travel, TRAVELLED),

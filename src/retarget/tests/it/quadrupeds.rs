@@ -114,6 +114,32 @@ fn a_dog_walks_on_a_robot_within_its_limits() {
     }
 }
 
+/// +X is forward for a robot, whichever links its file lists first, and whatever their names are.
+#[test]
+fn legs_of_a_robot_are_front_and_hind_by_its_axes() {
+    let mut robot = robot(BOTH, 9.0);
+    let named = FEET.map(|foot| foot.replace("foot", "thigh"));
+    for numbered in [false, true] {
+        if numbered {
+            for (index, link) in robot.links.iter_mut().enumerate() {
+                link.name = format!("link_{index:02}");
+            }
+        }
+        let scene = mocap_figure::robot_bones::robot_scene(&robot);
+        let found = Figure::new(&scene).quadruped(&scene).unwrap().clone();
+        let at = |node: mocap::scene::NodeId| Pose::rest(&scene).position(node);
+        for (leg, name) in found.legs.iter().zip(&named) {
+            let hip = at(leg.upper);
+            assert_eq!(
+                (hip.x > 0.0, hip.y > 0.0),
+                (leg.is_fore, leg.as_str().starts_with("left")),
+                "{hip}"
+            );
+            assert!(numbered || scene.nodes[leg.upper.index()].name == *name, "{name}");
+        }
+    }
+}
+
 /// What a robot did is done by the same robot again as it was, whichever axis its scene has up.
 #[test]
 fn a_motion_of_the_same_robot_stays() {

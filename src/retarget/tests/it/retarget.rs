@@ -515,7 +515,7 @@ fn feet_that_stand_stand_on_the_ground() {
                 .fold(f32::INFINITY, f32::min)
         };
         let mut heights: Vec<f32> = frames(&source, 40).map(lowest).collect();
-        heights.sort_by(f32::total_cmp);
+        heights.sort_unstable_by(f32::total_cmp);
         let middle = heights[heights.len() / 4];
         assert!((middle - stands).abs() < 0.02, "{name}: {middle}, and {stands} at rest");
     }
@@ -719,7 +719,7 @@ fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
         for foot in [Bone::LeftFoot, Bone::RightFoot] {
             let foot = joint(foot).unwrap();
             let mut heights: Vec<f32> = poses.iter().map(|pose| pose.position(foot).y).collect();
-            heights.sort_by(f32::total_cmp);
+            heights.sort_unstable_by(f32::total_cmp);
             let stands = |pose: &&Pose| pose.position(foot).y <= heights[heights.len() * 2 / 5];
             // How far the left edge of the foot is above the right one.
             let roll = |pose: &Pose| {
@@ -727,7 +727,7 @@ fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
                 (here * there.inverse() * Vec3::X).y.asin().to_degrees()
             };
             let mut rolls: Vec<f32> = poses.iter().filter(stands).map(roll).collect();
-            rolls.sort_by(f32::total_cmp);
+            rolls.sort_unstable_by(f32::total_cmp);
             let median = rolls[rolls.len() / 2];
             assert!(median.abs() < 6.0, "{file}: {median} degrees");
         }

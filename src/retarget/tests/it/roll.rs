@@ -212,7 +212,7 @@ fn a_dancer_who_lifts_the_heels_lifts_them_on_a_character() {
                 (at(ankle) - at(toes)).normalize().y.asin().to_degrees()
             })
             .collect();
-        angles.sort_by(f32::total_cmp);
+        angles.sort_unstable_by(f32::total_cmp);
         angles[angles.len() / 2]
     };
     for (of_source, of_target) in [
