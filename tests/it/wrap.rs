@@ -52,7 +52,7 @@ fn a_mirror_image_repeats_in_fbx_with_a_warning() {
     let scene = with_sampler(33_648, 33_071);
     assert_eq!(wrap_of(&scene), [Wrap::Mirror, Wrap::Clamp]);
     let written = Exporter::new().write(&scene, Format::Fbx).unwrap();
-    let is_it = |warning: &&mocap::Diagnostic| warning.message.contains("mirror images");
+    let is_it = |warning: &&mocap::Diagnostic| warning.message.contains("mirrored repeat");
     assert_eq!(written.warnings.iter().find(is_it).unwrap().code, Code::IgnoredMesh);
     assert_eq!(
         wrap_of(&read(&written.into_bytes().unwrap(), "a.fbx")),

@@ -148,9 +148,23 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
     ] {
         let plain = folder.run(command);
         let words = folder.succeeds(&format!("{command} --map whole.json"));
-        let replaced = |line: &&str| !line.ends_with(": replaced; mocap wrote the earlier file\n");
-        let words: String = words.split_inclusive('\n').filter(replaced).collect();
-        assert_eq!(words, String::from_utf8(plain.stderr).unwrap(), "{command}");
+        // The provenance in the file says how sure the bones are, so files may differ by some bytes.
+        let lines = |words: &str| {
+            let kept = words
+                .lines()
+                .filter(|line| !line.ends_with(": replaced; mocap wrote the earlier file"));
+            let same = kept.map(|line| {
+                line.rsplit_once(", ")
+                    .filter(|(_, end)| end.ends_with(" bytes"))
+                    .map_or(line, |(begin, _)| begin)
+            });
+            same.map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            lines(&words),
+            lines(&String::from_utf8(plain.stderr).unwrap()),
+            "{command}"
+        );
         let output = folder.run(&format!("{command} --map wrong.json"));
         let words = String::from_utf8(output.stderr).unwrap();
         assert!(
