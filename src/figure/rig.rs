@@ -208,11 +208,12 @@ fn carry(scene: &Scene, moved: &[(NodeId, Option<NodeId>)], ids: &[NodeId], anim
             scaling_keys: at.keys(keys.iter().map(|key| key.scale).collect()),
         });
     }
-    channels.sort_by_key(|channel| channel.node);
-    Animation {
+    let mut animation = Animation {
         channels,
         ..animation.clone()
-    }
+    };
+    animation.sort_channels();
+    animation
 }
 
 /// The rest pose in the world.

@@ -168,14 +168,13 @@ impl CreatureRetargeter {
                     scaling_keys: Keys::constant(rest.scale),
                 }
             });
-        let mut channels: Vec<Channel> = channels.collect();
-        channels.sort_by_key(|channel| channel.node);
-        let moved = Animation {
+        let mut moved = Animation {
             name: animation.name.clone(),
             ticks_per_second: animation.ticks_per_second,
             duration: animation.duration,
-            channels,
+            channels: channels.collect(),
         };
+        moved.sort_channels();
         let report = angles.report(self, animation, all.len());
         Ok((moved, report))
     }
@@ -266,7 +265,7 @@ fn pairs(source: &Scene, target: &Scene, rests: (&Pose, &Pose)) -> (Vec<Pair>, V
         }
     }
     let mut lacking: Vec<NodeId> = of_source.into_values().collect();
-    lacking.sort();
+    lacking.sort_unstable();
     let names = lacking.into_iter().map(|node| source.nodes[node.index()].name.clone());
     (pairs, names.collect())
 }
@@ -335,7 +334,7 @@ fn lowest_in_motion(pairs: &[Pair], source: &Scene, up: Vec3) -> f32 {
             heights.push(lowest.fold(f32::INFINITY, f32::min));
         }
     }
-    heights.sort_by(f32::total_cmp);
+    heights.sort_unstable_by(f32::total_cmp);
     heights
         .get((heights.len() as f64 * BELOW) as usize)
         .copied()

@@ -307,6 +307,12 @@ impl Animation {
         (self.duration.round() as usize).saturating_add(1)
     }
 
+    /// Sorts the channels by their nodes. Channels of one node keep their order.
+    #[doc(hidden)]
+    pub fn sort_channels(&mut self) {
+        self.channels.sort_by_key(|channel| channel.node);
+    }
+
     /// The whole ticks within the motion: from 0 to the last at or before its end.
     #[doc(hidden)]
     pub fn whole_ticks(&self) -> impl Iterator<Item = f64> + use<> {

@@ -38,7 +38,7 @@ pub fn set_rest_pose(scene: &mut Scene, pose: &Pose) {
             let channel = still(scene, *node);
             scene.animations[animation].channels.push(channel);
         }
-        scene.animations[animation].channels.sort_by_key(|channel| channel.node);
+        scene.animations[animation].sort_channels();
     }
     for node in changed {
         scene.nodes[node.index()].transform = pose.node_to_parent[node.index()];
@@ -97,7 +97,7 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
         }
     }
     let clip = &mut scene.animations[animation];
-    clip.channels.sort_by_key(|channel| channel.node);
+    clip.sort_channels();
     clip.duration += 1.0;
 }
 

@@ -218,14 +218,14 @@ impl Times {
         if channels.is_empty() && !has_weights {
             return Ok(None);
         }
-        channels.sort_by_key(|channel| channel.node);
         let name = prim.metadata.get("displayName").and_then(|value| value.texts.first());
-        let animation = Animation {
+        let mut animation = Animation {
             name: name.unwrap_or(&prim.name).clone(),
             duration: self.duration.unwrap_or(last).max(last),
             channels,
             ..Animation::default()
         };
+        animation.sort_channels();
         Ok(Some(self.with_path(skeleton, animation)))
     }
 
