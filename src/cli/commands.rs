@@ -51,7 +51,7 @@ use mocap::figure::Figure;
 use mocap::files::check_distinct;
 use mocap::job::{InputOptions, Maker, SourceMap, SourceUp};
 use mocap::render::Drawing;
-use mocap::report::Report;
+use mocap::report::{Report, indented_json};
 use mocap::retarget::report::ClipReport;
 use mocap::retarget::robot::add_links;
 use mocap::retarget::{RetargetOptions, Retargeter};
@@ -184,10 +184,7 @@ fn print_report(report: &impl Report, is_json: bool, place: Place) -> Result<(),
 
 /// Prints a value as indented JSON.
 fn print_json(value: &impl Serialize) -> io::Result<()> {
-    let mut out = io::BufWriter::new(report::json());
-    serde_json::to_writer_pretty(&mut out, value)?;
-    writeln!(out)?;
-    out.flush()
+    writeln!(report::json(), "{}", indented_json(value)?)
 }
 
 /// Checks that a picture may be written. Returns its format.

@@ -301,7 +301,7 @@ fn frame_ticks(animation: &Animation) -> Vec<f64> {
         .collect();
     if !between.is_empty() {
         ticks.extend(between);
-        ticks.sort_by(f64::total_cmp);
+        ticks.sort_unstable_by(f64::total_cmp);
         ticks.dedup();
     }
     ticks

@@ -445,7 +445,7 @@ fn of(feet: &Feet) -> Option<Floor> {
 /// The value below which a tenth of the heights are.
 fn low(heights: impl Iterator<Item = f64>) -> f64 {
     let mut heights: Vec<f64> = heights.collect();
-    heights.sort_by(f64::total_cmp);
+    heights.sort_unstable_by(f64::total_cmp);
     heights.get(heights.len() / 10).copied().unwrap_or_default()
 }
 

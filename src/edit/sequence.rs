@@ -130,7 +130,10 @@ impl EditStep {
             next = given + 1;
         }
         match (0..others.len()).find(|given| !taken.contains(&Some(*given))) {
-            Some(given) => refuse(format!("{} would do nothing: no step takes it; leave it out", others[given])),
+            Some(given) => refuse(format!(
+                "{} would do nothing: no step takes it; leave it out",
+                others[given]
+            )),
             None => Ok(taken),
         }
     }

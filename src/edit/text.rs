@@ -11,7 +11,7 @@ use super::{EditStep, StepInfo, StepKey, ValueKind};
 /// Prints a step with these options as text.
 pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
     let mut names: Vec<&String> = keys.keys().collect();
-    names.sort();
+    names.sort_unstable();
     let parts: Vec<String> = names
         .into_iter()
         .filter_map(|name| {

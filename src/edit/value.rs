@@ -1,6 +1,6 @@
 //! Converts the value of an option between text and serde values.
 
-use serde_json::{Map, Number, Value};
+use serde_json::{Number, Value, json};
 
 use super::ValueKind;
 
@@ -39,10 +39,7 @@ fn point(text: &str) -> Value {
         None => (Value::Null, text),
     };
     let at: Vec<Value> = at.split('/').map(scalar).collect();
-    Value::Object(Map::from_iter([
-        ("seconds".to_owned(), seconds),
-        ("at".to_owned(), Value::from(at)),
-    ]))
+    json!({"seconds": seconds, "at": at})
 }
 
 /// Parses a length in metres, or with the unit m, cm, mm or um.

@@ -31,7 +31,7 @@ pub(super) fn possible(
         return None;
     }
     let mut moments = stated.moments().to_array();
-    moments.sort_by(f64::total_cmp);
+    moments.sort_unstable_by(f64::total_cmp);
     let [least, middle, most] = moments;
     let printed = || format!("moments of {least:.3e}, {middle:.3e} and {most:.3e}");
     let slack = ROUNDING * moments.iter().map(|moment| moment.abs()).sum::<f64>();

@@ -154,7 +154,7 @@ fn frames_lost(clip: &Animation, ticks_per_frame: f64) -> usize {
     let is_further = |tick: &f64| tick.fract() != 0.0 || *tick >= every_tick as f64;
     let timed = tracks().flat_map(|(_, ticks)| ticks.iter().copied());
     let mut lost: Vec<f64> = timed.filter(|tick| is_further(tick) && is_lost(tick)).collect();
-    lost.sort_by(f64::total_cmp);
+    lost.sort_unstable_by(f64::total_cmp);
     lost.dedup();
     lost.len() + (0..every_tick).filter(|tick| is_lost(&(*tick as f64))).count()
 }

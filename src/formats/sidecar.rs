@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use mocap_scene::error::Code;
 use mocap_scene::limits;
+use mocap_scene::report::indented_json;
 use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Format, Scene};
 use mocap_scene::visible_json;
@@ -37,7 +38,7 @@ impl Sidecar {
             },
             sha256: sum(file.parts()),
         };
-        let text = serde_json::to_string_pretty(&sidecar).expect("a provenance has no map without text as keys");
+        let text = indented_json(&sidecar).expect("a provenance has no map without text as keys");
         ExportFile::new(
             format!("{}.json", options.name),
             visible_json(&text).into_owned().into_bytes(),
@@ -55,7 +56,7 @@ impl Sidecar {
     /// Parses a sidecar; `None` if the bytes are another file, such as one from another program.
     #[doc(hidden)]
     pub fn read(bytes: &[u8]) -> Option<Self> {
-        serde_json::from_slice(bytes).ok()
+        serde_json::from_str(str::from_utf8(bytes).ok()?).ok()
     }
 
     /// Whether it applies to a file with this SHA-256.

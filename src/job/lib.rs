@@ -1,6 +1,6 @@
 //! Jobs. A job is one piece of work: command lines, calls from Python, JavaScript and C, and job files all become jobs.
 //!
-//! A [`Job`] is a document. Its JSON Schema, [`Job::SCHEMA`], lists the options of its four kinds:
+//! A [`Job`] is a document. Its JSON Schema, [`Job::schema`], lists the options of its four kinds:
 //!
 //! - A motion job reads motions, selects frames, changes them by [steps](mocap_edit::EditStep), retargets them, and
 //!   writes the result.
@@ -58,12 +58,15 @@ mod walk_job;
 mod weights;
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use flate2::read::ZlibDecoder;
 use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
 use mocap_scene::error::{Code, Diagnostic, Result, nearest, pointer};
 use mocap_scene::files::ReplacePolicy;
+use mocap_scene::report::indented_json;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
@@ -135,7 +138,14 @@ pub enum Job {
 
 impl Job {
     /// The JSON Schema of a job, as text.
-    pub const SCHEMA: &str = include_str!("job.schema.json");
+    pub fn schema() -> String {
+        // The build compresses the file to a sixth.
+        let packed = include_bytes!(concat!(env!("OUT_DIR"), "/job.schema.json.zlib"));
+        let mut text = String::new();
+        let read = ZlibDecoder::new(&packed[..]).read_to_string(&mut text);
+        read.expect("the build compressed a file of UTF-8");
+        text
+    }
 
     /// The job of a JSON text.
     ///
@@ -171,7 +181,7 @@ impl Job {
 
     /// The job as indented JSON, without default values.
     pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).unwrap_or_default()
+        indented_json(self).unwrap_or_default()
     }
 
     /// Reads the inputs, and writes the output. A failed job leaves no partial file.

@@ -59,7 +59,7 @@ pub(super) fn foot_direction(points: &Points, ankle: usize, toes: usize) -> Vec3
     /// length.
     const NEAR: f32 = 0.2;
     let mut heights: Vec<f32> = points.tracks[toes].iter().map(|position| position.y).collect();
-    heights.sort_by(f32::total_cmp);
+    heights.sort_unstable_by(f32::total_cmp);
     let lowest = heights.get(heights.len() / 20).copied().unwrap_or(0.0);
     let length = length(points, ankle, toes).max(f32::MIN_POSITIVE);
     let on_ground = |frame: &usize| points.tracks[toes][*frame].y < lowest + NEAR * length;

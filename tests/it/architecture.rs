@@ -19,9 +19,9 @@ const ONLY_IN: &[(&str, &str)] = &[
     ("fs::metadata", "src/cli src/io/import src/scene/files"),
     (
         "File::create fs::write tempfile",
-        "src/cli src/scene/files src/render/build.rs",
+        "src/cli src/scene/files src/job/build.rs src/render/build.rs",
     ),
-    ("println! eprintln! print! eprint!", "src/cli src/render/build.rs"),
+    ("println! eprintln! print! eprint!", "src/cli src/job/build.rs src/render/build.rs"),
     (".unwrap() dbg! _str!(\"../.. _bytes!(\"..", "no file"),
     // The manifests switch unit tests off: one would never run. What tests need is for them alone.
     ("#[test] cfg(test internals::", "no file"),

@@ -6,8 +6,9 @@ use serde_json::{Map, Value, json};
 /// An object with these properties. The first `required` of them are always present.
 fn object<const N: usize>(required: usize, properties: [(&str, Value); N]) -> Value {
     let names: Vec<&str> = properties.iter().take(required).map(|(name, _)| *name).collect();
-    let properties = properties.map(|(name, schema)| (name.to_owned(), schema));
-    json!({"type": "object", "properties": Map::from_iter(properties), "required": names})
+    let mut shown = Map::new();
+    shown.extend(properties.map(|(name, schema)| (name.to_owned(), schema)));
+    json!({"type": "object", "properties": shown, "required": names})
 }
 
 fn list(items: Value) -> Value {

@@ -11,7 +11,7 @@ use mocap::retarget::report::Verdict;
 use mocap::retarget::report::{LimbError, RetargetReport};
 use mocap::survey::Corpus;
 use mocap::survey::report::{ClipRow, Quality};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::answer::Answer;
 use crate::batch::manifest::{Manifest, Record};
@@ -67,10 +67,10 @@ pub(super) fn folder(folder: &Path) -> Answer {
     let records: Vec<Record> = lines.collect();
     let motions: Vec<Value> = records.iter().map(motion).collect();
     let counted = |verdict: &str| motions.iter().filter(|motion| motion["verdict"] == verdict).count();
-    let verdicts = [Verdict::Good, Verdict::Fair, Verdict::Poor].map(|verdict| {
-        let verdict = verdict.as_str();
-        (verdict.to_owned(), Value::from(counted(verdict)))
-    });
+    let verdicts = counts(
+        [Verdict::Good, Verdict::Fair, Verdict::Poor].map(Verdict::as_str),
+        counted,
+    );
     let failed: Vec<&Record> = records.iter().filter(|record| record.error.is_some()).collect();
     // The error begins with the path of the file.
     let problem = failed.first().map(|first| {
@@ -87,7 +87,7 @@ pub(super) fn folder(folder: &Path) -> Answer {
         "dry_run": false,
         "count": motions.len(),
         "failed": failed.len(),
-        "verdicts": is_judged.then(|| Map::from_iter(verdicts)),
+        "verdicts": is_judged.then_some(verdicts),
         "motions": sorted(motions.into_iter()),
     });
     let mut report = brief.clone();
@@ -202,13 +202,8 @@ pub(super) fn surveyed(corpus: &Corpus) -> Answer {
             "twin_of": row.twin_of,
         })
     };
-    let verdicts: Map<String, Value> = Quality::ALL
-        .iter()
-        .map(|verdict| {
-            let count = rows.iter().filter(|row| row.verdict == *verdict).count();
-            (verdict.as_str().to_owned(), count.into())
-        })
-        .collect();
+    let counted = |verdict: &str| rows.iter().filter(|row| row.verdict.as_str() == verdict).count();
+    let verdicts = counts(Quality::ALL.iter().map(|verdict| verdict.as_str()), counted);
     let clips: Vec<Value> = rows.iter().take(MOST).map(brief).collect();
     let shown = json!({"count": rows.len(), "verdicts": verdicts, "clips": clips});
     let mut answer = Answer::new(json!({"count": rows.len(), "verdicts": verdicts, "clips": value(&rows)}));
@@ -216,15 +211,21 @@ pub(super) fn surveyed(corpus: &Corpus) -> Answer {
     answer
 }
 
+/// An object with a count for each name.
+fn counts<'a>(names: impl IntoIterator<Item = &'a str>, count: impl Fn(&str) -> usize) -> Value {
+    let mut counts = json!({});
+    for name in names {
+        counts[name] = count(name).into();
+    }
+    counts
+}
+
 /// The findings in files: files with errors first, then files with warnings.
 pub(super) fn checked(mut files: Vec<Value>) -> Answer {
     const STATUSES: [&str; 3] = ["error", "warning", "ok"];
     let has = |file: &Value, status: &str| file["status"] == status;
-    let statuses = STATUSES.map(|status| {
-        let count = files.iter().filter(|file| has(file, status)).count();
-        (status.to_owned(), Value::from(count))
-    });
-    let (count, statuses) = (files.len(), Map::from_iter(statuses));
+    let statuses = counts(STATUSES, |status| files.iter().filter(|file| has(file, status)).count());
+    let count = files.len();
     let whole = json!({"count": count, "statuses": statuses, "files": files});
     files.sort_by_key(|file| (Reverse(has(file, "error")), Reverse(has(file, "warning"))));
     files.truncate(MOST);

@@ -53,7 +53,7 @@ pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
             false => Ok(()),
         }
     })?;
-    paths.sort();
+    paths.sort_unstable();
     let (mut files, mut others) = (Vec::new(), Vec::new());
     for path in paths {
         match described(&path) {

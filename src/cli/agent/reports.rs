@@ -146,7 +146,7 @@ impl Reports {
         let kept = self.kept.iter().find(|report| report.uri == uri);
         let text = match (uri, kept) {
             (_, Some(report)) => report.text.clone(),
-            ("mocap://job.schema.json", _) => Job::SCHEMA.to_owned(),
+            ("mocap://job.schema.json", _) => Job::schema(),
             ("mocap://formats", _) => formats().to_string(),
             ("mocap://steps", _) => steps().to_string(),
             _ => {

@@ -169,7 +169,7 @@ fn arguments_of(tool: &'static Tool, commands: &Commands) -> Value {
 /// The keys of a job of any kind. The whole schema is a resource, because it is longer than the schemas of all tools
 /// together.
 fn brief_schema_of_job() -> Value {
-    let whole: Value = serde_json::from_str(Job::SCHEMA).unwrap_or_default();
+    let whole: Value = serde_json::from_str(&Job::schema()).unwrap_or_default();
     let kinds = ["oneOf", "anyOf"]
         .iter()
         .flat_map(|key| whole[key].as_array())

@@ -123,7 +123,7 @@ impl FileBatch<'_> {
             left_out.set(left_out.get() || is_it);
             is_it
         };
-        let mut inputs = inputs::find_except(self.paths, self.inputs, |path| known.has(path) || is_target(path))?;
+        let mut inputs = inputs::find_except(self.paths, self.inputs, &|path| known.has(path) || is_target(path))?;
         if inputs
             .iter()
             .all(|input| !input.path.exists() && !input.path.is_symlink())

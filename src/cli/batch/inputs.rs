@@ -94,24 +94,24 @@ const MOST_INPUTS: usize = 1_000_000;
 ///
 /// A path that does not exist is an input too, and fails like one of many.
 pub fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {
-    find_except(paths, args, |_| false)
+    find_except(paths, args, &|_| false)
 }
 
 /// [`find`] without the entries of folders for which `is_excluded` is true.
 pub(crate) fn find_except(
     paths: &[PathBuf],
     args: &InputArgs,
-    is_excluded: impl Fn(&Path) -> bool,
+    is_excluded: &dyn Fn(&Path) -> bool,
 ) -> Result<Vec<Input>, Failure> {
     let mut gathered = InputFiles::default();
     for path in paths {
         let before = gathered.inputs.len();
         if path.is_dir() {
-            gathered.search(path, &Pattern::default(), &is_excluded)?;
+            gathered.search(path, &Pattern::default(), is_excluded)?;
         } else if is_pattern(path) {
             let (base, pattern) = Pattern::of(path)?;
             if base.as_os_str().is_empty() || base.is_dir() {
-                gathered.search(&base, &pattern, &is_excluded)?;
+                gathered.search(&base, &pattern, is_excluded)?;
             }
         } else {
             gathered.add(Input::named(path))?;

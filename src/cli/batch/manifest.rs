@@ -251,7 +251,7 @@ fn shards(folder: &Path) -> io::Result<Vec<PathBuf>> {
             parts.push(path);
         }
     }
-    parts.sort();
+    parts.sort_unstable();
     Ok(parts)
 }
 
@@ -322,8 +322,10 @@ fn read(path: &Path, records: &mut BTreeMap<String, Record>) -> io::Result<()> {
     let mut text = Vec::new();
     file.read_to_end(&mut text)?;
     // Other lines come from a killed run or another version. Their files are converted again.
-    let lines = text.split(|&byte| byte == b'\n');
-    let whole = lines.filter_map(|line| serde_json::from_slice::<Record>(line).ok());
+    let text = String::from_utf8_lossy(&text);
+    let whole = text
+        .split('\n')
+        .filter_map(|line| serde_json::from_str::<Record>(line).ok());
     records.extend(whole.map(|record| (record.input.clone(), record)));
     Ok(())
 }

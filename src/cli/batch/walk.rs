@@ -41,7 +41,7 @@ impl Search<'_> {
     pub fn run<E>(&self, mut take: impl FnMut(Entry) -> Result<(), E>) -> Result<(), E> {
         let (mut entered, mut links) = (HashSet::new(), vec![self.base.to_owned()]);
         while !links.is_empty() {
-            links.sort();
+            links.sort_unstable();
             for link in mem::take(&mut links) {
                 match self.target(&link, &entered) {
                     Ok(target) => self.folder(&link, &target, &mut entered, &mut links, &mut take)?,

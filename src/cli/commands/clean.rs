@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use mocap::edit::report::EditReport;
 use mocap::job::{MotionJob, Notice};
+use mocap::report::indented_json;
 use mocap::visible_json;
 
 use super::{extension, made, own, refuse_one_file, unknown_extension, verify};
@@ -31,7 +32,7 @@ pub(crate) fn run(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failu
     let (_, mut made) = made::make(&job, given, None, &policy, &mut hear)?;
     made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
     let report = args.report.as_deref().zip(reports.last()).map(|(file, report)| {
-        let text = serde_json::to_string_pretty(report).unwrap_or_default();
+        let text = indented_json(report).unwrap_or_default();
         (file, format!("{}\n", visible_json(&text)).into_bytes())
     });
     let report = report.as_ref().map(|(file, bytes)| (*file, bytes.as_slice()));

@@ -167,7 +167,7 @@ fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<()
         "{packed} of {} files packed, {} done before, {} failed: {:.1} s, {:.1} MB/s",
         counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
     ));
-    failures.sort();
+    failures.sort_unstable();
     // The manifest or the card lists them.
     failures.iter().take(20).for_each(|failure| report::say(failure));
     counts.verdict()

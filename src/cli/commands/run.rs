@@ -14,7 +14,7 @@ use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if args.schema {
-        return Ok(report::json().write_all(Job::SCHEMA.as_bytes())?);
+        return Ok(report::json().write_all(Job::schema().as_bytes())?);
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
     let mut job = Job::from_json(&text(file)?).map_err(|error| kinds::no_job(error, file).with_path(file))?;

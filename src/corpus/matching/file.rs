@@ -213,8 +213,9 @@ impl<R: Read> Source<R> {
             return Err(too_many("bytes of the list of clips", bytes, LONGEST_LIST));
         }
         let list = self.bytes(bytes as usize)?;
+        let list = String::from_utf8_lossy(&list);
         let entries: Vec<Entry<ClipRow>> =
-            serde_json::from_slice(&list).map_err(|error| invalid(&format!("its list of clips: {error}")))?;
+            serde_json::from_str(&list).map_err(|error| invalid(&format!("its list of clips: {error}")))?;
         let most = Limits::default().max_values / FEATURES as u64;
         let add = |sum: u64, count: u64| sum.saturating_add(count);
         for (what, most, count) in [

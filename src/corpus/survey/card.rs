@@ -53,11 +53,12 @@ impl Corpus {
             .chain(twins.iter().flatten())
             .copied()
             .collect();
-        let figures = moving.into_iter().filter_map(|index| {
+        let drawn = moving.into_iter().filter_map(|index| {
             let scene = import(&rows[index].file)?;
             Some((index.to_string(), figure(scene, rows[index])?))
         });
-        let figures: serde_json::Map<String, Value> = figures.collect();
+        let mut figures = serde_json::Map::new();
+        figures.extend(drawn);
         let kinds = DefectKind::ALL.iter().map(|kind| {
             let [suspect, bad] = thresholds.of(*kind);
             json!({"name": kind.as_str(), "unit": kind.unit(), "help": kind.help(), "suspect": suspect, "bad": bad})

@@ -111,7 +111,7 @@ impl Corpus {
                 .iter()
                 .filter_map(|index| units(&self.clips[*index].row))
                 .collect();
-            sizes.sort_by(f64::total_cmp);
+            sizes.sort_unstable_by(f64::total_cmp);
             let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
             let up = self.usual_up(&group);
             for index in group {

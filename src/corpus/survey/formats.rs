@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::csv_field;
+use mocap_scene::report::indented_json;
 use mocap_scene::visible_json;
 
 use super::corpus::Corpus;
@@ -45,7 +46,7 @@ impl Corpus {
     /// The rows as JSON, an array of objects.
     pub fn to_json(&self) -> String {
         let rows: Vec<&ClipRow> = self.rows().collect();
-        let text = serde_json::to_string_pretty(&rows).expect("rows have string keys and finite numbers");
+        let text = indented_json(&rows).expect("rows have string keys and finite numbers");
         visible_json(&text).into_owned()
     }
 

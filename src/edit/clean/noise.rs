@@ -134,7 +134,7 @@ pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> SmoothingOutcome {
             work.frames.set_track(column, &track);
         }
     }
-    angles.sort_by(f64::total_cmp);
+    angles.sort_unstable_by(f64::total_cmp);
     done.angle = angles.get(angles.len() / 2).copied().unwrap_or_default();
     done
 }

@@ -312,7 +312,7 @@ fn lowest(tracks: &[Vec<DVec3>]) -> Vec<f64> {
     let frames = tracks.first().map_or(0, Vec::len);
     let level = |track: &Vec<DVec3>| {
         let mut heights: Vec<f64> = track.iter().map(|position| position.z).collect();
-        heights.sort_by(f64::total_cmp);
+        heights.sort_unstable_by(f64::total_cmp);
         heights[heights.len() / 10]
     };
     let levels: Vec<f64> = tracks.iter().map(level).collect();

@@ -209,7 +209,7 @@ fn ticks_of(tracks: &[FaceTrack], duration: f64) -> Vec<f64> {
         .filter(|tick| (0.0..=duration).contains(tick))
         .collect();
     ticks.push(0.0);
-    ticks.sort_by(f64::total_cmp);
+    ticks.sort_unstable_by(f64::total_cmp);
     ticks.dedup();
     ticks
 }

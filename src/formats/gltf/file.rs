@@ -372,7 +372,8 @@ pub(super) fn own_extras(extras: Option<&serde_json::Value>) -> serde_json::Valu
 
 /// The provenance that this crate wrote into the extras of an object.
 fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
-    serde_json::from_value(extras?.get("mocap")?.clone()).ok()
+    // Text, as everywhere else: the program has one reader of provenance instead of two.
+    serde_json::from_str(&extras?.get("mocap")?.to_string()).ok()
 }
 
 /// Whether kinematics can square and add a number.

@@ -68,7 +68,7 @@ pub(super) fn of(
 ) -> Result<Option<(Original, Vec<Diagnostic>)>> {
     let (text, _) = json::split(source.bytes)?;
     // A file that cannot be passed through is still read.
-    let Ok(contents) = serde_json::from_slice::<Contents>(text) else {
+    let Ok(contents) = serde_json::from_str::<Contents>(&String::from_utf8_lossy(text)) else {
         return Ok(None);
     };
     if !contents.has_meshes() {

@@ -73,7 +73,7 @@ impl Primitive {
 /// The data that no scene holds with these options. Empty for a file with other contents.
 pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
     let text = json::split(bytes).map(|(text, _)| text).unwrap_or_default();
-    let Ok(file) = serde_json::from_slice::<Contents>(text) else {
+    let Ok(file) = serde_json::from_str::<Contents>(&String::from_utf8_lossy(text)) else {
         return Vec::new();
     };
     let is_ours = file.asset.extras.get("mocap").is_some();

@@ -146,7 +146,7 @@ pub(super) fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
         .map(|entry| path.with_file_name(entry.file_name()))
         .filter(has_extension)
         .collect();
-    files.sort();
+    files.sort_unstable();
     files
 }
 

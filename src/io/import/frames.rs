@@ -37,7 +37,7 @@ impl Importer {
             bytes.is_ok_and(|bytes| BodyFrames::default().read(0, &bytes, &Limits::default()).is_ok())
         };
         let mut found = files(path).unwrap_or_default();
-        found.sort();
+        found.sort_unstable();
         path.is_dir() && [found.first(), found.last()].into_iter().flatten().any(is_frame)
     }
 
@@ -47,7 +47,7 @@ impl Importer {
         let mut files = files(folder)?;
         let has_numbers = files.iter().all(|(number, _)| number.is_some());
         // Sorts by number, or by name if some names have no number.
-        files.sort();
+        files.sort_unstable();
         let mut frames = BodyFrames::default();
         for (place, (number, path)) in (0..).zip(&files) {
             let frame = number.filter(|_| has_numbers).unwrap_or(place);
@@ -79,7 +79,7 @@ fn check_others(folder: &Path) -> Result<()> {
     if others.is_empty() {
         return Ok(());
     }
-    others.sort();
+    others.sort_unstable();
     let names = others.iter().take(NAMED).filter_map(|path| path.file_name());
     let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
     if others.len() > NAMED {

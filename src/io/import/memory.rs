@@ -133,7 +133,7 @@ fn list(name: &Path, files: &[MemoryFile<'_>], extension: &str) -> Vec<PathBuf> 
     };
     let all = files.iter().map(|file| Path::new(file.name)).filter(has_extension);
     let mut all: Vec<PathBuf> = all.map(Path::to_owned).collect();
-    all.sort();
+    all.sort_unstable();
     let beside: Vec<PathBuf> = all
         .iter()
         .filter(|path| path.parent() == name.parent())

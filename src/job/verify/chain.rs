@@ -372,7 +372,7 @@ impl Joint<'_> {
 }
 
 fn sort(times: &mut Vec<f32>) {
-    times.sort_by(f32::total_cmp);
+    times.sort_unstable_by(f32::total_cmp);
     times.dedup();
 }
 

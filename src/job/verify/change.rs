@@ -386,7 +386,7 @@ fn ratio_of_lengths(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)])
         // The distance of joints at one position is only rounding.
         let lengths = lengths.iter().filter(|(ours, _)| *ours > SHORTEST_LINK * longest);
         let mut ratios: Vec<f64> = lengths.map(|(ours, theirs)| theirs / ours).collect();
-        ratios.sort_by(f64::total_cmp);
+        ratios.sort_unstable_by(f64::total_cmp);
         let median = ratios.get(ratios.len() / 2).copied();
         median.filter(|ratio| ratio.is_finite() && *ratio > 0.0)
     };

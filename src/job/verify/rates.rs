@@ -56,7 +56,7 @@ impl Rates {
     fn all(&self) -> Vec<f64> {
         let rates = self.of_clips.iter().chain(&self.others);
         let mut rates: Vec<f64> = rates.map(|rate| self.in_file(*rate)).collect();
-        rates.sort_by(f64::total_cmp);
+        rates.sort_unstable_by(f64::total_cmp);
         rates.dedup();
         rates
     }
@@ -92,7 +92,7 @@ impl Rates {
         /// The most rates: the file is read again for each rate.
         const MOST: usize = 16;
         let mut rates: Vec<f64> = (0..self.of_clips.len()).map(|clip| self.written(clip)).collect();
-        rates.sort_by(f64::total_cmp);
+        rates.sort_unstable_by(f64::total_cmp);
         rates.dedup();
         let has_several = (2..=MOST).contains(&rates.len()) && self.common().is_none();
         if has_several { rates } else { Vec::new() }

@@ -152,7 +152,7 @@ impl Timeline {
         let is_in_part = |edge: &f64| self.first - near <= *edge && *edge <= self.last + near;
         let edges = self.cuts.iter().flat_map(|&(before, after)| [before, after]);
         moments.extend(edges.filter(is_in_part));
-        moments.sort_by(f64::total_cmp);
+        moments.sort_unstable_by(f64::total_cmp);
         moments.dedup_by(|later, earlier| *later - *earlier < near);
         moments
     }

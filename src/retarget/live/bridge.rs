@@ -8,7 +8,7 @@ use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, HumanoidBone as Bone, Scene};
 use rosc::OscMessage;
-use serde_json::{Map, Value, json};
+use serde_json::json;
 
 use super::clock::FrameTime;
 use super::play::{beginning, bundles, pose_message};
@@ -278,9 +278,10 @@ impl VmcBridge {
             }
             Mover::Robot { stream, dof_names } => {
                 let (base, positions) = stream.pose(&stage.from, seconds);
-                let joints: Map<String, Value> = (dof_names.iter().zip(positions))
-                    .map(|(name, at)| (name.clone(), json!(at)))
-                    .collect();
+                let mut joints = json!({});
+                for (name, at) in dof_names.iter().zip(positions) {
+                    joints[name.as_str()] = json!(at);
+                }
                 let root = json!({ "position": base.translation.to_array(), "rotation": base.rotation.to_array() });
                 given.push(
                     json!({ "time": clock, "root": root, "joints": joints })
@@ -360,14 +361,12 @@ fn vmc(poses: &[(Bone, BonePose)], clock: f64) -> Vec<Vec<u8>> {
 }
 
 fn json_of_bones(poses: &[(Bone, BonePose)], clock: f64) -> Vec<u8> {
-    let bones: Map<String, Value> = (poses.iter())
-        .map(|(bone, pose)| {
-            let mut said = json!({ "rotation": pose.rotation.to_array() });
-            if *bone == Bone::Hips {
-                said["position"] = json!(pose.position.to_array());
-            }
-            (bone.as_str().to_owned(), said)
-        })
-        .collect();
+    let mut bones = json!({});
+    for (bone, pose) in poses {
+        bones[bone.as_str()]["rotation"] = json!(pose.rotation.to_array());
+        if *bone == Bone::Hips {
+            bones[bone.as_str()]["position"] = json!(pose.position.to_array());
+        }
+    }
     json!({ "time": clock, "bones": bones }).to_string().into_bytes()
 }

@@ -341,7 +341,7 @@ fn ticks_of(times: &[f64]) -> (f64, Vec<f64>) {
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.retain(|step| *step > 1e-6);
     // The mean is used, because late packets and the rounding of a 32-bit clock shift the median.
-    steps.sort_by(f64::total_cmp);
+    steps.sort_unstable_by(f64::total_cmp);
     let median = steps
         .get(steps.len().saturating_sub(1) / 2)
         .copied()

@@ -453,7 +453,11 @@ impl Asset {
 
     fn of_provenance(json: Option<&str>) -> Self {
         let provenance = json.and_then(|json| serde_json::from_str(json).ok());
-        let extras = provenance.map(|provenance| serde_json::Map::from_iter([(PROVENANCE.to_owned(), provenance)]));
+        let extras = provenance.map(|provenance| {
+            let mut extras = serde_json::Map::new();
+            extras.insert(PROVENANCE.to_owned(), provenance);
+            extras
+        });
         Self {
             asset: Extras { extras },
             ..Self::default()

@@ -87,6 +87,6 @@ fn files_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
             kind.push(entry.path());
         }
     }
-    files.sort();
+    files.sort_unstable();
     Ok(files)
 }

@@ -408,7 +408,7 @@ fn averaged(values: &[f64], half: usize) -> Vec<f64> {
 /// values must change by at least `TURN` of their usual range. Empty if that change is less than `least`.
 pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let at = |fraction: f64| sorted[((sorted.len() - 1) as f64 * fraction) as usize];
     let range = if sorted.is_empty() { 0.0 } else { at(0.95) - at(0.05) };
     let (mut highest, mut lowest) = (Vec::new(), Vec::new());

@@ -110,7 +110,7 @@ impl Cloud {
             .map(|frame| {
                 // The lowest and the highest marker may be reflections.
                 let mut heights: Vec<f64> = frame.iter().filter_map(height).collect();
-                heights.sort_by(f64::total_cmp);
+                heights.sort_unstable_by(f64::total_cmp);
                 let last = heights.len().saturating_sub(2);
                 let at = |point: usize| heights.get(point).copied().unwrap_or(0.0);
                 (at(1.min(last)), at(last))

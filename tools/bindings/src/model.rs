@@ -133,7 +133,7 @@ impl Model {
     /// # Panics
     /// Where the schema of jobs has a form that is not known here.
     pub fn new() -> Self {
-        let schema: Value = serde_json::from_str(Job::SCHEMA).expect("the schema is JSON");
+        let schema: Value = serde_json::from_str(&Job::schema()).expect("the schema is JSON");
         let definitions = schema["$defs"].as_object().expect("the schema has definitions");
         let definitions = definitions.iter().map(|(name, value)| definition(name, value));
         let mut model = Self {

@@ -191,7 +191,7 @@ fn joints_that_turn_round_and_keys_at_any_tick_keep_the_bound() {
     for between in [false, true] {
         if between {
             ticks.extend([0.25, 17.5, 280.125]);
-            ticks.sort_by(f64::total_cmp);
+            ticks.sort_unstable_by(f64::total_cmp);
         }
         let scene = chain(&ticks, turning);
         for bound in [0.0001, 0.02] {

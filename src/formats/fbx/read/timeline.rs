@@ -83,7 +83,7 @@ fn rate(curves: &[&ufbx::AnimCurve], stated: f64, stack: &ufbx::AnimStack, warni
     if steps.is_empty() {
         return stated;
     }
-    steps.sort_by(f64::total_cmp);
+    steps.sort_unstable_by(f64::total_cmp);
     let step = steps[steps.len() / 2];
     let is_even = |other: &&f64| (**other / step - 1.0).abs() < UNEVEN;
     if step * stated >= DENSE

@@ -237,7 +237,7 @@ impl Clip<'_, '_, '_> {
         let own = keys.ticks.as_ref().filter(|own| own.len() > 1)?;
         let whole = own[0].ceil() as u64..=own[own.len() - 1].min(self.last).floor() as u64;
         let mut ticks: Vec<f64> = whole.map(|tick| tick as f64).chain(own.iter().copied()).collect();
-        ticks.sort_by(f64::total_cmp);
+        ticks.sort_unstable_by(f64::total_cmp);
         ticks.dedup();
         let values = ticks.iter().filter_map(|tick| keys.sample(*tick)).collect();
         Some(Keys::at_ticks(values, ticks))

@@ -366,7 +366,7 @@ fn ticks(channel: &Channel) -> Vec<f64> {
         of(&channel.scaling_keys),
     );
     let mut ticks: Vec<f64> = positions.chain(rotations).chain(scales).collect();
-    ticks.sort_by(f64::total_cmp);
+    ticks.sort_unstable_by(f64::total_cmp);
     ticks.dedup();
     if ticks.is_empty() {
         ticks.push(0.0);

@@ -99,7 +99,7 @@ pub(super) fn presets(tracks: &[FaceTrack], expressions: &[Expression]) -> Vec<F
         let mut ticks: Vec<f64> = keys
             .flat_map(|keys| (0..keys.len()).map(|key| keys.tick(key)))
             .collect();
-        ticks.sort_by(f64::total_cmp);
+        ticks.sort_unstable_by(f64::total_cmp);
         ticks.dedup();
         let at = |tick: &f64| {
             let weight =

@@ -159,6 +159,7 @@ impl Buffer {
     /// Makes room for bytes. A large buffer grows by a sixteenth, because the default, twice its length, is memory that
     /// no byte uses.
     fn make_room(&mut self, bytes: usize) {
+        // Bytes of a small buffer, for which growing to twice its length is faster and takes little memory.
         const SMALL: usize = 1 << 20;
         let free = self.bytes.capacity() - self.bytes.len();
         if free < bytes && self.bytes.len() > SMALL {

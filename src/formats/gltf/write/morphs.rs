@@ -23,7 +23,7 @@ pub(super) fn track(curves: &MorphCurves, animation: usize) -> Option<MorphTrack
         .iter()
         .flat_map(|keys| (0..keys.len()).map(|key| keys.tick(key)))
         .collect();
-    ticks.sort_by(f64::total_cmp);
+    ticks.sort_unstable_by(f64::total_cmp);
     ticks.dedup();
     let now = |tick: &f64| {
         let targets = std::iter::zip(&targets, &curves.at_rest);

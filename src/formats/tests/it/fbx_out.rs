@@ -272,7 +272,7 @@ fn with_rotations_at_keys_alone(scene: &Scene, bytes: &[u8]) -> Scene {
         for curve in value.anim_value.curves.iter().flatten() {
             ticks.extend(curve.keyframes.iter().map(|key| (key.time * rate).round()));
         }
-        ticks.sort_by(f64::total_cmp);
+        ticks.sort_unstable_by(f64::total_cmp);
         ticks.dedup();
         let channels = &mut scene.animations[0].channels;
         let channel = channels

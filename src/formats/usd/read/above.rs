@@ -57,7 +57,7 @@ impl<'l> Placement<'l> {
         let moving: Vec<_> = self.operations.iter().filter(is_moving).collect();
         let samples = moving.iter().flat_map(|(_, attribute)| &attribute.samples);
         let mut times: Vec<f64> = samples.map(|(time, _)| *time).collect();
-        times.sort_by(f64::total_cmp);
+        times.sort_unstable_by(f64::total_cmp);
         if let (Some(first), Some(last)) = (times.first().copied(), times.last().copied())
             && moving.iter().any(|(name, _)| !name.starts_with("xformOp:translate"))
         {
@@ -65,7 +65,7 @@ impl<'l> Placement<'l> {
             let frames = budget.frames((last - first).round(), 1)?;
             let whole = (0..frames).map(|frame| first.floor() + frame as f64);
             times.extend(whole.filter(|time| (first..=last).contains(time)));
-            times.sort_by(f64::total_cmp);
+            times.sort_unstable_by(f64::total_cmp);
         }
         times.dedup();
         Ok(times)

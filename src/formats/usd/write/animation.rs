@@ -171,7 +171,7 @@ pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f
     let mut ticks: Vec<f64> = moving
         .flat_map(|keys| (0..keys.len()).map(|index| keys.tick(index)))
         .collect();
-    ticks.sort_by(f64::total_cmp);
+    ticks.sort_unstable_by(f64::total_cmp);
     ticks.dedup();
     if ticks.is_empty() {
         ticks.push(0.0);

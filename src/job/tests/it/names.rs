@@ -326,7 +326,10 @@ fn nothing_moves_and_all_that_has_the_name_follows() {
 fn bad_names_are_refused_and_say_which() {
     let before = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
     for (names, message) in [
-        (json!({"hips": "A", "head": "A"}), "hips and head have the same name, \"A\""),
+        (
+            json!({"hips": "A", "head": "A"}),
+            "hips and head have the same name, \"A\"",
+        ),
         (json!({"hips": " "}), "the name of hips is empty"),
         (
             json!({"hips": "a\nb"}),

@@ -175,7 +175,7 @@ impl Carrier {
         if rotations.ticks.is_some() && animation.duration < MOST_TICKS {
             ticks.extend((0..=animation.duration as u32).map(f64::from));
         }
-        ticks.sort_by(f64::total_cmp);
+        ticks.sort_unstable_by(f64::total_cmp);
         ticks.dedup();
         let (_, rotation, _) = self.to_space.to_scale_rotation_translation();
         let rest = self.rest.w_axis.truncate().as_vec3();

@@ -112,7 +112,7 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
                 own.distance(position(&amc, theirs, frame * EVERY) * millimetres)
             })
             .collect();
-        off.sort_by(f32::total_cmp);
+        off.sort_unstable_by(f32::total_cmp);
         assert!(off[off.len() / 2] < 45.0, "{ours}: {off:?}");
     }
 }

@@ -208,7 +208,7 @@ fn measure(truth: &Truth) -> Found {
                 }
                 before = Some(own[frame]);
             }
-            twists.sort_by(f32::total_cmp);
+            twists.sort_unstable_by(f32::total_cmp);
             let median = twists.get(twists.len() / 2).copied().unwrap_or(0.0);
             found.near_constant += twists.iter().filter(|twist| (**twist - median).abs() <= 10.0).count();
         }

@@ -116,7 +116,7 @@ fn no_joint_is_jerked() {
         foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
         let after = accelerations(&positions(&scene));
         let mut sorted = before.concat();
-        sorted.sort_by(f32::total_cmp);
+        sorted.sort_unstable_by(f32::total_cmp);
         let usual = sorted[sorted.len() * 99 / 100];
         for (frame, values) in after.iter().enumerate() {
             let around = &before[frame.saturating_sub(3)..(frame + 4).min(before.len())];

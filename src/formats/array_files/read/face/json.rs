@@ -183,7 +183,7 @@ fn ticks(
         .flat_map(|times| times.windows(2))
         .map(|pair| pair[1] - pair[0])
         .collect();
-    steps.sort_by(f64::total_cmp);
+    steps.sort_unstable_by(f64::total_cmp);
     let step = steps.get(steps.len() / 2).copied().filter(|step| *step > 0.0);
     let (Some(times), Some(step)) = (times, step) else {
         let assumption = Assumption {

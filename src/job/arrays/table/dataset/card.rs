@@ -208,7 +208,7 @@ fn statistics(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
     let clips = &dataset.clips;
     let sorted = |value: &dyn Fn(&DatasetClip) -> f64| {
         let mut values: Vec<f64> = clips.iter().map(value).collect();
-        values.sort_by(f64::total_cmp);
+        values.sort_unstable_by(f64::total_cmp);
         let at = |part: usize| {
             values
                 .get((values.len().max(1) - 1) * part / 2)

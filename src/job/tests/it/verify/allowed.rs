@@ -209,7 +209,7 @@ fn options(schema: &Value) -> BTreeMap<String, Vec<Value>> {
 
 /// Every value of every option, in the order of their names.
 fn choices() -> Vec<Choice> {
-    let schema: Value = serde_json::from_str(Job::SCHEMA).unwrap();
+    let schema: Value = serde_json::from_str(&Job::schema()).unwrap();
     let mut all = Vec::new();
     for (option, mut listed) in options(&schema) {
         let stated = VALUES.iter().filter(|(name, ..)| *name == option);

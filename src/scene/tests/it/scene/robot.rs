@@ -28,7 +28,7 @@ fn a_box_has_the_inertia_of_a_box() {
     };
     let (origin, half_size) = inertial.equivalent_box().unwrap();
     let mut sides = (2.0 * half_size).to_array();
-    sides.sort_by(f64::total_cmp);
+    sides.sort_unstable_by(f64::total_cmp);
     assert!(
         DVec3::from_array(sides).abs_diff_eq(DVec3::new(0.2, 0.4, 0.6), 1e-9),
         "{sides:?}"
