@@ -177,7 +177,7 @@ impl Form {
                 return Some(Diagnostic::new(Code::InvalidValue, message));
             }
             Self::Character => "a character, whose file is passed through",
-            Self::Robot(_) => "the numbers of a robot's joints",
+            Self::Robot(_) => "the joint positions of a robot",
             Self::Arrays(layout) if layout.takes(option) => return None,
             Self::Arrays(_) => "arrays",
         };

@@ -223,9 +223,9 @@ pub struct RetargetReport {
     /// degrees. A guessed roll of a bone makes it at best fair too. It is poor if a roll or a line is above 30 degrees,
     /// or a head above 90. It is at best fair if the feet are below the floor in 20 % more of the frames than in the
     /// source. It is poor if the feet are below the floor in half of the frames, and deeper than 24 % of the leg. It is
-    /// poor if the orientation of the whole body is guessed: up, left, or all of it from less than 5 frames. The skin
-    /// makes it at best fair if an edge is longer than at rest by 5 % of the height. So does a skin that is 2 % of the
-    /// height below the floor. Above 10 % and 6 % it is poor.
+    /// poor if the orientation of the whole body is guessed: its up axis or its left side is unknown, or the motion has
+    /// fewer than 5 frames. The skin makes it at best fair if an edge is longer than at rest by 5 % of the height. So
+    /// does a skin that is 2 % of the height below the floor. Above 10 % and 6 % it is poor.
     pub verdict: Verdict,
 }
 
@@ -372,8 +372,8 @@ impl RetargetReport {
         let mut findings = findings(self);
         // This reason applies whatever the measurements are.
         if self.verdict == Verdict::Poor && verdict(self) != Verdict::Poor {
-            let reason =
-                "the orientation of the whole body is guessed: its up axis, its left side, or both from few frames";
+            let reason = "the orientation of the whole body is guessed: its up axis or its left side is unknown, or the \
+                          motion has fewer than 5 frames";
             findings.push((Verdict::Poor, reason.to_owned()));
         }
         findings.sort_by_key(|(verdict, _)| std::cmp::Reverse(*verdict as u8));

@@ -99,7 +99,7 @@ impl FrameBudget {
     /// Subtracts the values of the frames from 0 to `last` from the budget. Returns the number of these frames.
     #[allow(
         clippy::result_large_err,
-        reason = "every caller makes an error of it, which is boxed"
+        reason = "every caller turns the diagnostic into an `Error`, which boxes it"
     )]
     pub fn frames(&mut self, last: f64, values_a_frame: usize) -> Result<usize, Diagnostic> {
         /// The largest number up to which a double represents every whole number: 53 bits.
@@ -165,7 +165,7 @@ pub const FRAME_RATES: RangeInclusive<f64> = 1e-4..=1e6;
 /// `value`, if it is a valid frame rate. No other function has this rule.
 #[allow(
     clippy::result_large_err,
-    reason = "every caller makes an error of it, which is boxed"
+    reason = "every caller turns the diagnostic into an `Error`, which boxes it"
 )]
 #[doc(hidden)]
 pub fn frame_rate(code: Code, value: f64) -> Result<f64, Diagnostic> {
@@ -190,7 +190,7 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
 /// its window. The frame rate in a file decides the radius.
 #[allow(
     clippy::result_large_err,
-    reason = "every caller makes an error of it, which is boxed"
+    reason = "every caller turns the diagnostic into an `Error`, which boxes it"
 )]
 #[doc(hidden)]
 pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> {
@@ -211,7 +211,7 @@ pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> 
 /// `value`, if it is finite and not negative. `name` is for the message.
 #[allow(
     clippy::result_large_err,
-    reason = "every caller makes an error of it, which is boxed"
+    reason = "every caller turns the diagnostic into an `Error`, which boxes it"
 )]
 #[doc(hidden)]
 pub fn not_negative(code: Code, name: &str, value: f64) -> Result<f64, Diagnostic> {
@@ -227,7 +227,7 @@ pub fn not_negative(code: Code, name: &str, value: f64) -> Result<f64, Diagnosti
 /// `value`, if it is finite and above 0. `name` is for the message.
 #[allow(
     clippy::result_large_err,
-    reason = "every caller makes an error of it, which is boxed"
+    reason = "every caller turns the diagnostic into an `Error`, which boxes it"
 )]
 #[doc(hidden)]
 pub fn positive(code: Code, name: &str, value: f64) -> Result<f64, Diagnostic> {

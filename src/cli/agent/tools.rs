@@ -158,7 +158,7 @@ pub const TOOLS: &[Tool] = &[
             option(
                 "matrix",
                 false,
-                "The distance matrix of two motions to write: .png or .npy",
+                "The file for the distance matrix of two motions: .png or .npy",
             ),
         ],
         options: &["threshold"],

@@ -108,7 +108,10 @@ impl MotionGraph {
             return Err(format!("fewer than {window} frames follow frame {}", from[1]));
         }
         if to[1] + 1 < window {
-            return Err(format!("fewer than {window} frames end with frame {}", to[1]));
+            return Err(format!(
+                "the clip has fewer than {window} frames up to and including frame {}",
+                to[1]
+            ));
         }
         match distance.is_finite() && *distance >= 0.0 {
             true => Ok(()),

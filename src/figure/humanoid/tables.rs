@@ -162,8 +162,9 @@ pub(super) const HEAD_BEHIND_FACE: Sign = Sign::new("face joints branch from a j
 pub(super) const NECK_BEHIND_SHOULDERS: Sign = Sign::new("the neck begins above the shoulders", 1.2);
 pub(super) const NECK_AT_SHOULDERS: Sign = Sign::new("the neck carries the arms", -1.5);
 /// The score is multiplied by the number of such joints.
-pub(super) const LEFT_OUT_BELOW_NECK: Sign = Sign::new("a joint between spine and neck has no bone", -0.6);
-pub(super) const LEFT_OUT_ABOVE_NECK: Sign = Sign::new("a joint between neck and head has no bone", -0.1);
+pub(super) const LEFT_OUT_BELOW_NECK: Sign =
+    Sign::new("a joint between spine and neck is not assigned to a bone", -0.6);
+pub(super) const LEFT_OUT_ABOVE_NECK: Sign = Sign::new("a joint between neck and head is not assigned to a bone", -0.1);
 /// The score is multiplied by the number of joints from the branch to the shoulders.
 pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head branches off below the shoulders", -1.5);
 

@@ -48,7 +48,10 @@ impl Attribution {
     /// [`Code::InvalidValue`] with the line, for an unknown key, and for a value of the wrong type. `synthetic` is a
     /// boolean, and other keys are text.
     #[doc(hidden)]
-    #[allow(clippy::result_large_err, reason = "the caller makes an error of it, which is boxed")]
+    #[allow(
+        clippy::result_large_err,
+        reason = "the caller turns the diagnostic into an `Error`, which boxes it"
+    )]
     pub fn from_toml(text: &str, name: &str) -> Result<Self, Diagnostic> {
         let mut found = Self::default();
         let mut matches = true;

@@ -272,7 +272,7 @@ fn plates(
         warnings.push(Code::HeaderCount, || {
             let message = format!("{} of {used} force plates were skipped", used - found.len());
             Diagnostic::new(Code::HeaderCount, message).expected_found(
-                "a type, four finite corners, and existing channels for each in FORCE_PLATFORM",
+                "for each force plate in FORCE_PLATFORM: a type, four finite corners, and channels that exist",
                 format!("{} analog channels, {} samples a frame", channels.len(), header.samples),
             )
         });

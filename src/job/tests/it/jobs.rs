@@ -216,7 +216,7 @@ fn a_job_refuses_what_would_do_nothing() {
     for (write, expected) in [
         (
             r#""output": "a.npz", "smaller": {"max-error": "1mm"}"#,
-            "`max_error` has no effect on the numbers of a robot's joints",
+            "`max_error` has no effect on the joint positions of a robot",
         ),
         (r#""output": "a.xyz""#, "must end in .npz, .pkl, .csv, .bvh"),
         (r#""output": "out/", "to": "csv""#, "run it with mocap run"),

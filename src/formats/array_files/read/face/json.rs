@@ -71,7 +71,7 @@ pub(in super::super) fn read(bytes: &[u8], options: &ReadOptions, warnings: &mut
     }
     if empty > 0 {
         let message = format!(
-            "{empty} of {} frames have no face: the weights go on between their neighbours",
+            "{empty} of {} frames have no face: their weights are interpolated between the neighbouring frames",
             frames.len()
         );
         warnings.push(Code::Gap, || Diagnostic::new(Code::Gap, message));
