@@ -318,8 +318,8 @@ impl<'a> Candidates<'a> {
         ambiguity <= MAX_AMBIGUITY * self.tolerance
     }
 
-    /// The largest difference between readers at the end of the chain, in metres. Readers round components differently,
-    /// and some do not normalize.
+    /// The largest distance, in metres at the end of the joint chain, between the values that different glTF readers
+    /// decode. Readers round components differently, and some do not normalize.
     #[inline(always)]
     fn ambiguity(&self, squared_length: f32, ambiguous: u8) -> f32 {
         let stretch = (squared_length - 1.0).abs();

@@ -162,7 +162,8 @@ fn of_clip<'a>(
     let mut moving = Findings::new(thresholds);
     let whole = Motion::without_contacts(scene, &scene.animations[index], figure)?;
     let frames = moving_frames(scene, &whole);
-    // What the errors and the moving part need is dropped before the motion takes its own.
+    // Frees the memory of `whole` first: the search for errors, the moving part and the motion below each allocate
+    // their own.
     drop(whole);
     let errors = match frames {
         Some(frames) => {

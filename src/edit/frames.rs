@@ -169,24 +169,25 @@ impl<'a> Frames<'a> {
         &self.nodes
     }
 
-    /// The transforms of the held node at `column` of [`nodes`](Self::nodes), frame by frame.
+    /// The transforms, frame by frame, of the node at `column` of [`nodes`](Self::nodes), the nodes whose values are
+    /// stored here.
     pub(super) fn track(&self, column: usize) -> Vec<Trs> {
         (0..self.len()).map(|frame| self.at(frame, column)).collect()
     }
 
-    /// Sets the transforms of the held node at `column`, frame by frame.
+    /// Sets the transforms of the node at `column` of [`nodes`](Self::nodes), frame by frame.
     pub(super) fn set_track(&mut self, column: usize, track: &[Trs]) {
         for (frame, trs) in track.iter().enumerate() {
             self.set_at(frame, column, *trs);
         }
     }
 
-    /// The rotations of a held node, frame by frame.
+    /// The rotations, frame by frame, of the node at `column` of [`nodes`](Self::nodes).
     pub(super) fn rotations(&self, column: usize) -> impl Iterator<Item = Quat> {
         (0..self.len()).map(move |frame| self.tracks[column].rotation.at(frame))
     }
 
-    /// Sets the rotations of the held node at `column`, frame by frame.
+    /// Sets the rotations of the node at `column` of [`nodes`](Self::nodes), frame by frame.
     pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
         let frames = self.len();
         for (frame, rotation) in rotations.iter().enumerate() {
@@ -194,17 +195,17 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The translations of a held node, frame by frame.
+    /// The translations, frame by frame, of the node at `column` of [`nodes`](Self::nodes).
     pub(super) fn translations(&self, column: usize) -> impl Iterator<Item = Vec3> {
         (0..self.len()).map(move |frame| self.tracks[column].translation.at(frame))
     }
 
-    /// The column of a held node.
+    /// The column of a node in [`nodes`](Self::nodes). `None` if the values of the node are not stored here.
     pub(super) fn column(&self, node: NodeId) -> Option<usize> {
         self.columns[node.index()]
     }
 
-    /// The transform of the held node at `column` of [`nodes`](Self::nodes).
+    /// The transform of the node at `column` of [`nodes`](Self::nodes).
     #[inline]
     pub(super) fn at(&self, frame: usize, column: usize) -> Trs {
         self.tracks[column].at(frame)

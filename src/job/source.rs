@@ -298,7 +298,7 @@ impl SourceSpace {
         self.space().state(scene);
     }
 
-    /// A warning for each value that contradicts the file of a scene.
+    /// A warning for each stated unit or up axis that contradicts the scene's file.
     pub fn contradictions(&self, scene: &Scene) -> Vec<Diagnostic> {
         self.space().contradictions(&scene.metadata)
     }

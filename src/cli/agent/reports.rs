@@ -190,7 +190,8 @@ pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
     (result, text)
 }
 
-/// The remaining entries of lists and characters of texts in an answer that is too long.
+/// Limits for an answer that is too long: (entries of each list, characters of each text). They are applied one after
+/// another until the answer is short enough.
 const SHORTER: [(usize, usize); 5] = [(200, 4000), (50, 2000), (20, 500), (5, 200), (1, 80)];
 
 /// Shortens a value to at most `longest` characters, with a note about cut lists or texts.

@@ -97,8 +97,8 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
         let distance: f32 = std::iter::zip(stored, exact)
             .map(|(c, exact)| (c as f32 - exact).powi(2))
             .sum();
-        // An error of one step in length weighs as much as an error in angle. A step in length adds 2 * 32767 to the
-        // sum of the squares.
+        // An error in the quaternion's length weighs as much as an equal error of its components, both in quantization
+        // steps. One step in length adds 2 * 32767 to the sum of the squares.
         let cost = (stretch / INT16_MAX).powi(2) + distance;
         if cost < best.1 {
             best = (stored, cost);

@@ -55,7 +55,8 @@ pub const SLACK: (f32, f32) = (1e-3, 1e-5);
 /// The numbers of a window.
 pub type Numbers = [f32; NUMBERS];
 
-/// The patterns and the axes in which windows are expressed.
+/// The patterns of points and the axes (both orthonormal bases) in which windows are expressed to compute the lower
+/// bound.
 pub struct Bound {
     /// Functions of time, orthonormal under the weights of the frames and multiplied by these weights.
     functions: Vec<Vec<f64>>,

@@ -60,7 +60,7 @@ mod codec {
     /// The slowest and best level of the encoder. Only version 1 has levels.
     const LEVEL: i32 = 3;
 
-    /// The stream of `bytes`, elements of `stride` bytes: 4, 8, 12 or 64.
+    /// Encodes `bytes` as a stream of elements of `stride` bytes each. `stride` is 4, 8, 12 or 64.
     pub(in crate::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>, Failure> {
         fn stream<const N: usize>(bytes: &[u8], version: i32) -> meshopt::Result<Vec<u8>> {
             encode_vertex_buffer_level(bytes.as_chunks::<N>().0, LEVEL, Some(version))

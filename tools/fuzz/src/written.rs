@@ -270,7 +270,8 @@ fn check_text(text: &[u8]) {
     );
 }
 
-/// As many frames, and no warning but of names, roots and far places.
+/// Checks that the BVH read again has as many frames as the scene, and no warnings except about duplicate names, several
+/// roots and world positions.
 fn check_bvh(scene: &Scene, again: &Scene) {
     let said: Vec<_> = (again.warnings.iter())
         .filter(|warning| {

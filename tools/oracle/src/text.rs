@@ -1,6 +1,7 @@
-//! Compares the course's text of both programs, line by line, each line at the part of the scene that it prints.
+//! Compares the texts that Assimp and mocap print in the format of the course. Lines about the same part of the scene
+//! are compared.
 //!
-//! A line may differ where the scenes differ, for the same reason. Two reasons belong to the text alone: a minus sign
+//! A line may differ if that part of the scenes differs for an accepted reason. Two reasons belong to the text alone: a minus sign
 //! before zero, and numbers that are equal as far as six digits can say.
 
 use std::collections::HashMap;

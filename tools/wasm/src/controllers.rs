@@ -124,7 +124,7 @@ fn packed(bytes: &[u8]) -> Result<Database, Failure> {
     }
 }
 
-/// Indexes the clips of scenes, with their numbers as file names.
+/// Indexes the clips of scenes. The index of a scene replaces its file name.
 fn indexed(motions: &[&Scene], mirror: bool) -> Result<Vec<IndexedClip>, Failure> {
     let mut clips = Vec::new();
     for (index, motion) in motions.iter().enumerate() {

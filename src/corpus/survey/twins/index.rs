@@ -103,7 +103,8 @@ impl Index {
         same.take(MOST_OF_HASH)
     }
 
-    /// The projections of a moment, with `later` half a sample later; `None` if hardly anything moves.
+    /// The projections of a moment. If `later` is set, the moment is half a sample later. `None` if hardly anything
+    /// moves.
     fn project(&self, fingerprint: &Fingerprint, sample: usize, later: bool, mirrored: bool) -> Option<[f32; BITS]> {
         let mut values = [0.0; 9 * LIMBS];
         let mut limbs = [[Vec3::ZERO; LIMBS]; 3];

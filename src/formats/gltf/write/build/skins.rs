@@ -13,8 +13,8 @@ use super::Builder;
 
 impl Builder<'_> {
     /// Writes the skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes
-    /// has no skin: optimisers drop an unused skin, and validators report it. If the scene's meshes have no area, as
-    /// for a single joint, a marker replaces them.
+    /// has no skin: optimisers drop an unused skin, and validators report it. If all
+    /// meshes are without area, as the mesh of a skeleton with a single joint is, a marker is written instead of them.
     pub(super) fn skins(&mut self, skinned: &[usize]) -> Result<()> {
         let scene = self.scene;
         let mut joints = Vec::new();
