@@ -310,23 +310,26 @@ impl FormatInfo {
     #[doc(hidden)]
     pub fn remedy(&self, kind: DataKind) -> Option<Cow<'static, str>> {
         let remedy = match kind {
-            DataKind::AnalogChannels => "`mocap analog` writes them",
-            DataKind::ForcePlates => "`mocap forces` writes their forces",
-            DataKind::Events => "`mocap info` lists them",
-            DataKind::Clips => "{clip} takes another",
+            DataKind::AnalogChannels => "`mocap analog` writes these channels",
+            DataKind::ForcePlates => "`mocap forces` writes the forces of these plates",
+            DataKind::Events => "`mocap info` lists these events",
+            DataKind::Clips => "{clip} selects another clip",
             DataKind::FaceCurves if self.carriage(kind) == Carriage::OfTargets => {
                 "write .vrma, or .glb of a .vrm, which keep expressions"
             }
             DataKind::FaceCurves => "write .glb, .fbx or .usda, which keep curves of morph targets",
-            DataKind::Units => "files of this format state no unit; {sidecar} writes it beside the file",
+            DataKind::Units => "files of this format state no unit; {sidecar} writes the unit to a file beside it",
             DataKind::PositionCurves if self.has_sidecar => "leave out {channels}, or write 6",
-            DataKind::PositionCurves => "limbs point where they do, and keep their lengths",
+            DataKind::PositionCurves => "limbs keep their directions and lengths",
             DataKind::Frames | DataKind::FrameRates | DataKind::Durations => match self.rate {
                 Some(rate) => {
-                    let remedy = format!("a file has {rate} frames a second; {{fps}} resamples a motion before");
+                    let remedy = format!(
+                        "a file of this format has {rate} frames a second; {{fps}} resamples a motion before it is \
+                         written"
+                    );
                     return Some(remedy.into());
                 }
-                None => "{fps} with a higher rate keeps more of it",
+                None => "{fps} with a higher rate keeps more frames",
             },
             _ => return None,
         };

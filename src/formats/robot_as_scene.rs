@@ -37,7 +37,7 @@ pub(super) fn read(
     if scene.is_ok() {
         warnings.push(Code::NoMotion, || {
             let message = "a robot has no motion: the scene has a skeleton and no animation";
-            Diagnostic::new(Code::NoMotion, message).help("mocap robot retargets a motion to it")
+            Diagnostic::new(Code::NoMotion, message).help("mocap robot retargets a motion to the robot")
         });
     }
     warnings.attach_to(scene)

@@ -286,8 +286,8 @@ fn check_beside(writing: &OutputOptions, file: &Path, beside: &str) -> Result<()
     let output = writing.output.as_path();
     let message = match writing.is_folder() {
         true => format!(
-            "{}: outputs in a folder would not find {beside}, a file next to it: name a character that holds all its \
-             files, such as a .glb",
+            "{}: outputs in a folder would not find {beside}, a file next to the character: name a character that \
+             contains all its files, such as a .glb",
             file.display()
         ),
         false if file.parent() == output.parent() => return Ok(()),

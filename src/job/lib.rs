@@ -352,10 +352,10 @@ fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
                 (message, nearest(word, known.split(", ")).map(str::to_owned))
             }
             (None, None) if what.starts_with("trailing characters") => {
-                ("something follows the JSON object".to_owned(), None)
+                ("text follows the JSON object".to_owned(), None)
             }
             (None, None) if error.is_data() => (wrong_value(&what), None),
-            (None, None) => (format!("it is not JSON: {what}"), None),
+            (None, None) => (format!("the text is not JSON: {what}"), None),
         };
         let message = match path.as_str() {
             "" => format!("{whole}: {message}"),

@@ -282,7 +282,7 @@ impl<'a> Maker<'a> {
             return Ok(written);
         }
         let lost: Vec<String> = written.losses.iter().map(ToString::to_string).collect();
-        let message = format!("the output would lack data of the input: {}", lost.join(", "));
+        let message = format!("the output would lack some data of the input: {}", lost.join(", "));
         Err(Diagnostic::new(Code::NotCarriedOver, message)
             .help("write another format, or leave out {strict}")
             .into())

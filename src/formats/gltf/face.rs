@@ -79,7 +79,7 @@ impl CharacterFace {
         if !presets.is_empty() {
             let names: Vec<_> = presets.iter().map(|track| track.face.name()).collect();
             notes.push(format!(
-                "shapes of ARKit that the character lacks move {}",
+                "the character lacks some blend shapes of ARKit; its expressions {} replace them",
                 names.join(", ")
             ));
         }
@@ -105,7 +105,7 @@ impl CharacterFace {
         if !partly.is_empty() {
             let names = partly.join(", ");
             notes.push(format!(
-                "of the expressions {names} only the morph targets move, because glTF cannot animate materials"
+                "the expressions {names} move only their morph targets, because glTF cannot animate materials"
             ));
         }
         let ticks = ticks_of(tracks, animation.duration);

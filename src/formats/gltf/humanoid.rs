@@ -75,11 +75,11 @@ pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], sc
         let node = found.map(|(_, id)| &mut scene.nodes[id.index()]);
         let is_looked = matches!(&face, Face::Preset(name) if LOOKS.contains(&name.as_str()));
         let wrong = match &node {
-            _ if is_looked => "VRM animations have looks only in lookAt".to_owned(),
+            _ if is_looked => "a VRM animation stores the gaze in lookAt, not in expressions".to_owned(),
             None => "its node is not in the scene".to_owned(),
             Some(node) => match (node.humanoid_bone, &node.face) {
                 (Some(bone), _) => format!("its node is the bone {}", bone.as_str()),
-                (_, Some(other)) => format!("its node is that of {}", other.name()),
+                (_, Some(other)) => format!("its node already belongs to {}", other.name()),
                 _ => String::new(),
             },
         };

@@ -287,7 +287,7 @@ impl<'a> Reader<'a> {
         match self.index(BONE)? {
             Some(index) if index >= count => Err(Diagnostic::new(
                 Code::InvalidMmd,
-                format!("a bone refers to bone {index}, and there are {count}"),
+                format!("a bone refers to bone {index}, but the model has {count} bones"),
             )
             .in_joint(owner)
             .help(super::EXPORT_AGAIN)
@@ -310,7 +310,7 @@ impl<'a> Reader<'a> {
                 3 => 2 * bone + 4 + 36,
                 kind => {
                     return Err(invalid(format!(
-                        "a vertex has weights of kind {kind}, and there are 0 to 4"
+                        "a vertex has weights of kind {kind}, but the kinds are 0 to 4"
                     )));
                 }
             };
@@ -429,7 +429,7 @@ impl<'a> Reader<'a> {
             3..=7 => self.size(VERTEX) + 16,
             8 => self.size(MATERIAL) + 1 + 4 * 28,
             10 => self.size(BODY) + 1 + 24,
-            _ => return Err(invalid(format!("a morph is of kind {kind}, and there are 0 to 10"))),
+            _ => return Err(invalid(format!("a morph is of kind {kind}, but the kinds are 0 to 10"))),
         };
         let count = self.cursor.count("offsets of a morph", bytes)?;
         self.cursor.take(count * bytes)?;

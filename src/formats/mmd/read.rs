@@ -19,8 +19,8 @@ pub(super) fn model(source: &Source<'_>, options: &ReadOptions) -> Result<Scene>
         warnings.push(Code::NoMotion, || {
             let message = "a model has no motion: the scene has a skeleton and no animation";
             Diagnostic::new(Code::NoMotion, message).help(
-                "mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd retargets one \
-                to it",
+                "mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd retargets a motion \
+                to the model",
             )
         });
         scene::of_model(&model)
@@ -60,7 +60,7 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
             let why = match model.name == motion.model {
                 true => "the motion names this model".to_owned(),
                 false => format!(
-                    "it was named, or is the only model in the folder; the motion is for \"{}\"",
+                    "this model was named, or is the only model in the folder; the motion is for \"{}\"",
                     motion.model
                 ),
             };
@@ -76,12 +76,12 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
         None => {
             let why = match candidates.len() {
                 0 => format!(
-                    "the motion's folder has no .pmx, and the motion is for \"{}\"; name one as its skeleton",
+                    "the motion's folder has no .pmx, and the motion is for \"{}\"; name a .pmx as the skeleton",
                     motion.model
                 ),
                 count => format!(
-                    "none of the {count} .pmx files in the motion's folder has its name or is \"{}\"; name one as its \
-                        skeleton",
+                    "none of the {count} .pmx files in the motion's folder has the motion's file name or is \"{}\"; \
+                        name one of them as the skeleton",
                     motion.model
                 ),
             };

@@ -240,7 +240,7 @@ impl Motion {
                         format!("{values} numbers of {} markers", self.tracks.len()),
                         format!("{given}"),
                     )
-                    .help("the file is cut off there, or its stated writer is wrong: export it again"),
+                    .help("the file is cut off in this frame, or was changed by hand: export it again"),
             ));
         }
         if let Some(time) = cells.get(1).and_then(|word| number::parse(word.bytes)) {

@@ -69,7 +69,7 @@ impl Maker<'_> {
             return Cow::Borrowed(self);
         }
         hear(Notice::Note(&format!(
-            "up is {}: other motions of the same skeleton stand along this axis",
+            "the up axis is {}, because other motions of the same skeleton stand along this axis",
             up.as_str()
         )));
         Cow::Owned(self.clone().up(up))

@@ -165,7 +165,7 @@ fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
         let node = (next..ours.joints.len()).find(is_it);
         node_of.push(node.ok_or_else(|| {
             let message = format!("the joint {name:?} of the file is not in its source, or not in this order");
-            Diagnostic::new(Code::Unrepresentable, message).help("compare it with the file it was made from")
+            Diagnostic::new(Code::Unrepresentable, message).help("compare the file with the file that it was made from")
         })?);
     }
     Ok(node_of)

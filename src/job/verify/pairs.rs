@@ -73,7 +73,7 @@ impl Pairs {
         if list.is_empty() && !is_empty {
             let message = "the file has no joint of its source";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
-                .help("compare it with the file it was made from")
+                .help("compare the file with the file that it was made from")
                 .into());
         }
         let mut of_ours = vec![None; ours.joints.len()];

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 pub fn have_the_same_joints(a: &Scene, b: &Scene) -> Result<(), String> {
     if a.nodes.len() != b.nodes.len() {
         return Err(format!(
-            "one has {} nodes and the other {}",
+            "one skeleton has {} nodes and the other {}",
             a.nodes.len(),
             b.nodes.len()
         ));
@@ -18,7 +18,10 @@ pub fn have_the_same_joints(a: &Scene, b: &Scene) -> Result<(), String> {
         .zip(&b.nodes)
         .find(|(a, b)| a.name != b.name || a.parent != b.parent)
     {
-        Some((a, b)) if a.name != b.name => Err(format!("one has {:?} where the other has {:?}", a.name, b.name)),
+        Some((a, b)) if a.name != b.name => Err(format!(
+            "one skeleton has {:?} where the other has {:?}",
+            a.name, b.name
+        )),
         Some((a, _)) => Err(format!("{:?} has another parent", a.name)),
         None => Ok(()),
     }

@@ -138,7 +138,9 @@ impl Original {
         let what = match changed {
             Some((node, old)) if node.name != old.name => format!("\"{}\" is called \"{}\"", old.name, node.name),
             Some((node, _)) => format!("the rest pose, the unit or the axes of \"{}\" were changed", node.name),
-            None if ours.len() != theirs.len() => format!("it has {} nodes, and had {}", ours.len(), theirs.len()),
+            None if ours.len() != theirs.len() => {
+                format!("the scene has {} nodes, but the file has {}", ours.len(), theirs.len())
+            }
             None => return Ok(()),
         };
         let message = format!(

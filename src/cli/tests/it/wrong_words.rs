@@ -213,9 +213,9 @@ fn a_wrong_file_of_weights_says_where_and_what_it_may_hold() {
         ),
         (
             r#"{"robot": "#,
-            &["weights.json: it is not JSON: EOF while parsing a value at line 1 column 10"],
+            &["weights.json: the text is not JSON: EOF while parsing a value at line 1 column 10"],
         ),
-        (r#"{} {}"#, &["weights.json: something follows the JSON object"]),
+        (r#"{} {}"#, &["weights.json: text follows the JSON object"]),
     ] {
         fs::write(folder.path("weights.json"), weights).unwrap();
         for command in ["convert walk.bvh -o a.glb", "verify walk.bvh walk.bvh"] {

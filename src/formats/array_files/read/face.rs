@@ -200,7 +200,9 @@ fn rate_of(moments: &[Moment]) -> (f64, Option<Assumption>) {
             let assumption = Assumption {
                 topic: Topic::FrameRate,
                 choice: format!("{USUAL_RATE} fps"),
-                reason: "the timecodes do not count through a second; Live Link Face records so".to_owned(),
+                reason: "the timecodes do not count the frames of a whole second; Live Link Face usually records at \
+                         this rate"
+                    .to_owned(),
                 confidence: Some(Confidence::Likely),
             };
             (USUAL_RATE, Some(assumption))
@@ -228,7 +230,8 @@ fn increasing(ticks: Vec<f64>, warnings: &mut Warnings) -> Vec<f64> {
         (true, _) => whole,
         (false, true) => ticks,
         (false, false) => {
-            let message = "the times of the frames do not increase: one frame was taken to follow the other";
+            let message = "the times of the frames do not increase; the frames were read in the order of the file, \
+                           with even steps";
             warnings.push(Code::ClockJump, || Diagnostic::new(Code::ClockJump, message));
             (0..ticks.len()).map(|frame| frame as f64).collect()
         }

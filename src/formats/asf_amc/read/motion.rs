@@ -300,7 +300,7 @@ impl<'a> Reader<'a, '_> {
             };
             if bone.channels.iter().any(in_vain) {
                 self.warnings.push(Code::IgnoredChannel, || {
-                    let message = "translations and lengths of a bone are not read; only its rotation is";
+                    let message = "only the rotation of a bone is read; its translations and lengths are skipped";
                     Diagnostic::new(Code::IgnoredChannel, message).in_joint(&bone.name)
                 });
             }

@@ -65,8 +65,8 @@ pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Optio
         None => (f64::from(largest), "units"),
     };
     let message = format!(
-        "BVH has no scale channels: joints are up to {size:.6} {unit} from their positions, the most in frame \
-            {frame}"
+        "BVH has no scale channels: without scales, joints are up to {size:.6} {unit} from their positions in the \
+            scene, the farthest in frame {frame}"
     );
     Ok(Some(
         Diagnostic::new(Code::Unrepresentable, message)

@@ -107,7 +107,7 @@ impl File {
         let owner = owner.map_or_else(String::new, |name| format!("{} \"{name}\": ", singular(&path[0])));
         let gone = match done {
             Out(levels) => format!("{} is left out", path[..path.len() - levels].join("/")),
-            Broken | White => format!("what names {} is left out", path[..2].join("/")),
+            Broken | White => format!("the elements that refer to {} are left out", path[..2].join("/")),
             StandIn(_) => format!("{} is empty", path[..2].join("/")),
             Hidden => format!("{} shows nothing", path[..2].join("/")),
         };
@@ -117,7 +117,7 @@ impl File {
         let condition = "where the file is written as glTF";
         let message = match is_there {
             // A consequence of another fault is reported once.
-            true => format!("{what} {value} is not sound, so what names it is left out {condition}"),
+            true => format!("{what} {value} is not valid, so the elements that refer to it are left out {condition}"),
             false => format!("{owner}there is no {what} {value}, so {gone} {condition}"),
         };
         let mut warning = invalid(pointer(path), message);

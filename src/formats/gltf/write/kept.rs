@@ -133,7 +133,7 @@ fn left_out(original: &Original) -> Result<Option<Diagnostic>> {
     let message =
         format!("channels of morph targets and pointers in the replaced animation, which are dropped: {count}");
     let diagnostic =
-        || Diagnostic::new(Code::IgnoredChannel, message).help("mocap retarget adds a clip and keeps those");
+        || Diagnostic::new(Code::IgnoredChannel, message).help("mocap retarget adds a clip and keeps these channels");
     Ok((count > 0).then(diagnostic))
 }
 

@@ -56,7 +56,7 @@ pub(super) fn tie_joints(
             ));
         }
         if !followers.insert(follower) {
-            left_out("a joint follows two others: only the first was read");
+            left_out("two equalities make a joint follow other joints: only the first equality was read");
             continue;
         }
         mimics.push(MimicNames {

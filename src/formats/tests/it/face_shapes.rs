@@ -212,7 +212,7 @@ fn shapes_that_a_vrm_lacks_move_its_presets() {
     let export = retargeted.character_file().unwrap().unwrap();
     let notes = export.notes.join("\n");
     assert!(
-        notes.contains("shapes of ARKit that the character lacks move blink, aa"),
+        notes.contains("the character lacks some blend shapes of ARKit; its expressions blink, aa replace them"),
         "{notes}"
     );
     assert!(notes.contains("dropped: mouthSmileLeft, tongueOut"), "{notes}");

@@ -133,9 +133,9 @@ fn what_a_face_must_not_have_is_left_out_with_a_warning() {
     assert!(found.iter().all(|warning| warning.code == Code::IgnoredChannel));
     let messages: Vec<_> = found.iter().map(|warning| warning.message.as_str()).collect();
     let expected = [
-        "the expression lookUp was dropped: VRM animations have looks only in lookAt",
+        "the expression lookUp was dropped: a VRM animation stores the gaze in lookAt, not in expressions",
         "the expression a grin was dropped: its node is the bone hips",
-        "the expression a smile was dropped: its node is that of happy",
+        "the expression a smile was dropped: its node already belongs to happy",
         "the expression nowhere was dropped: its node is not in the scene",
     ];
     assert_eq!(messages, expected);

@@ -12,9 +12,9 @@ use mocap::{Conversion, MemoryFile};
 fn a_wrong_job_says_where() {
     for (json, expected) in [
         ("", "the job: it must be a JSON object"),
-        ("{", "the job: it is not JSON: EOF while parsing an object"),
+        ("{", "the job: the text is not JSON: EOF while parsing an object"),
         ("[]", "the job: it must be a JSON object"),
-        (r#"{} {}"#, "the job: something follows the JSON object"),
+        (r#"{} {}"#, "the job: text follows the JSON object"),
         (
             r#"{"wirte": {}}"#,
             "the job: wirte: a motion job has no wirte, but read, source, steps, target, weights, write, verify",

@@ -42,7 +42,7 @@ const NEAR: f64 = 0.02;
 pub(in super::super) fn read(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let text = crate::text::decode(bytes)?;
     let root: Value = serde_json::from_slice(&text).map_err(|error| {
-        let message = format!("line {}: the text is no JSON", error.line());
+        let message = format!("line {}: the text is not JSON", error.line());
         Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("write the blend shapes again as JSON"))
     })?;
     let frames = frames(&root);
@@ -77,7 +77,7 @@ pub(in super::super) fn read(bytes: &[u8], options: &ReadOptions, warnings: &mut
         warnings.push(Code::Gap, || Diagnostic::new(Code::Gap, message));
     }
     if faces > 0 {
-        let message = format!("{faces} frames have further faces, which were left out");
+        let message = format!("{faces} frames have more than one face; only the first face was read");
         warnings.push(Code::NotCarriedOver, || Diagnostic::new(Code::NotCarriedOver, message));
     }
     let (ticks, rate, assumption) = ticks(&found, warnings);

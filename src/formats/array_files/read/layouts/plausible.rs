@@ -24,10 +24,10 @@ pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) ->
         return Ok(());
     }
     let message = format!("the angles of the array {name} are not in radians, but perhaps in degrees");
-    let found = format!("{joints} joints turned by more than that, one by {largest:.1}");
+    let found = format!("larger mean angles of {joints} joints, the largest {largest:.1}");
     Err(Box::new(
         Diagnostic::new(Code::NumberRange, message)
-            .expected_found("angles up to 6.28 in the mean of the frames", found)
+            .expected_found("a mean angle of at most 6.28 for each joint", found)
             .help("multiply degrees by pi / 180 before you save them"),
     ))
 }

@@ -634,7 +634,7 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
     // The tip ends at (0, 1, 0); a bone of length 2 puts it at (0, 2, 0).
     let text = warning(json!([2, 1, 1]), Three).unwrap().to_string();
     assert!(
-        text.contains("up to 1.000000 m from their positions, the most in frame 30"),
+        text.contains("up to 1.000000 m from their positions in the scene, the farthest in frame 30"),
         "{text}"
     );
     // Position channels hold every place, and lengths a scale that is the same along all axes.
