@@ -208,13 +208,6 @@ pub(super) fn raise_ends(
     raised
 }
 
-/// Sets the rotations of joints.
-pub(super) fn set_rotations(body: &Body, animation: &mut Animation, rotations: Vec<(NodeId, Keys<Quat>)>) {
-    for (joint, keys) in rotations {
-        channel(body, animation, joint).rotation_keys = keys;
-    }
-}
-
 /// 0 for a leg in stance, 1 for a leg that is not in stance.
 fn lies(pose: &Pose, leg: &Arm, up: Vec3) -> f32 {
     let [hip, _, ankle] = leg.joints.map(|joint| pose.position(joint));

@@ -43,9 +43,9 @@ const ELBOW: f64 = 1.5;
 /// The jerk that a hand may always have, in m/s^3: a fiftieth of a wave's jerk.
 const STILL: f64 = 2.0;
 
-/// The animation of the target with the hand contacts of the source, and the report. `None` if the hands touch nothing,
-/// or already keep their contacts.
-pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Option<(Animation, HandsReport)> {
+/// The rotations of the joints that keep the hand contacts of the source, and the report. `None` if the hands touch
+/// nothing, or already keep their contacts.
+pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Option<(NewRotations, HandsReport)> {
     let both = Side::ALL.into_iter();
     let both = both.filter_map(|side| Some((Arm::new(source.body, side)?, Arm::new(target.body, side)?)));
     let (theirs, mine): (Vec<Arm>, Vec<Arm>) = both.unzip();
@@ -105,7 +105,7 @@ pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Opt
         free_mean_degrees: 0.0,
         jerk_ratio: hands.whole_jerk_ratio(),
     };
-    Some((hands.animation(), report))
+    Some((hands.rotations(), report))
 }
 
 /// The arms of a target in every frame of a motion.
@@ -290,31 +290,40 @@ impl<'a> Hands<'a> {
         ratios.fold(0.0, f64::max)
     }
 
-    /// The animation with the corrected arms.
-    fn animation(&self) -> Animation {
-        let mut animation = self.target.animation.clone();
+    /// The rotations of the joints that differ from those without the contacts.
+    fn rotations(&self) -> NewRotations {
         let at = Ticks::new(self.ticks);
-        let mut tracks: Vec<(NodeId, Vec<Quat>, Vec<Quat>)> = Vec::new();
+        let mut changed = Vec::new();
+        let mut add = |joint: NodeId, free: Vec<Quat>, mut kept: Vec<Quat>| {
+            if free == kept {
+                return;
+            }
+            drop(free);
+            for frame in 1..kept.len() {
+                kept[frame] = in_hemisphere_of(kept[frame - 1], kept[frame]);
+            }
+            changed.push((joint, at.rotation_keys(kept)));
+        };
         for (arm, (free, kept)) in self.arms.iter().zip(self.free.iter().zip(&self.kept)) {
             for (index, joint) in arm.joints.into_iter().enumerate() {
-                let [free, kept] =
-                    [free, kept].map(|track| track.rotations.iter().map(|joints| joints[index]).collect());
-                tracks.push((joint, free, kept));
+                let of = |track: &ArmTrack| track.rotations.iter().map(|joints| joints[index]).collect();
+                add(joint, of(free), of(kept));
             }
         }
         if let Some(trunk) = self.trunk {
-            tracks.push((trunk, self.upright.clone(), self.leans.clone()));
+            add(trunk, self.upright.clone(), self.leans.clone());
         }
-        for (joint, free, mut rotations) in tracks {
-            if free == rotations {
-                continue;
-            }
-            for frame in 1..rotations.len() {
-                rotations[frame] = in_hemisphere_of(rotations[frame - 1], rotations[frame]);
-            }
-            channel(self.target.body, &mut animation, joint).rotation_keys = at.rotation_keys(rotations);
-        }
-        animation
+        changed
+    }
+}
+
+/// Joints with the keys that they get.
+pub(super) type NewRotations = Vec<(NodeId, Keys<Quat>)>;
+
+/// Gives joints their keys.
+pub(super) fn set_rotations(body: &Body, animation: &mut Animation, rotations: NewRotations) {
+    for (joint, keys) in rotations {
+        channel(body, animation, joint).rotation_keys = keys;
     }
 }
 

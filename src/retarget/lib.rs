@@ -480,7 +480,8 @@ impl PoseRetargeter {
             .then(|| hands::keep(&from, &to, &self.root))
             .flatten();
         let hands = kept.map(|(kept, hands)| {
-            (moved, is_changed) = (kept, true);
+            is_changed = true;
+            hands::set_rotations(&self.target, &mut moved, kept);
             hands
         });
         if let Some((surface, allowed)) = &floor {
@@ -488,7 +489,7 @@ impl PoseRetargeter {
             let may_raise = |limb: &Arm| !(self.free_hands && limb.is_arm);
             let raised = above_floor::raise_ends(&to, surface, allowed, may_raise);
             is_changed |= !raised.is_empty();
-            above_floor::set_rotations(&self.target, &mut moved, raised);
+            hands::set_rotations(&self.target, &mut moved, raised);
             // A raised foot may lower its knee.
             is_changed |= raise(&mut moved).is_some();
         }
