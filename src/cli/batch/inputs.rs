@@ -1,4 +1,4 @@
-//! Makes a list of files from paths of files and folders, and from wildcards.
+//! Makes a list of files from paths of files and folders, from wildcards, and from lists of paths.
 
 use std::ffi::OsStr;
 use std::fmt::Write;
@@ -113,6 +113,10 @@ pub(crate) fn find_except(
             if base.as_os_str().is_empty() || base.is_dir() {
                 gathered.search(&base, &pattern, is_excluded)?;
             }
+        } else if let Some(listed) = list_of(path) {
+            for input in listed {
+                gathered.add(input)?;
+            }
         } else {
             gathered.add(Input::named(path))?;
         }
@@ -127,6 +131,29 @@ pub(crate) fn find_except(
     inputs.sort_by(|a, b| (&a.relative, &a.path).cmp(&(&b.relative, &b.path)));
     inputs.dedup_by(|a, b| a.path == b.path);
     Ok(inputs)
+}
+
+/// The files of a list, as `mocap survey --select -o chosen.txt` writes it: a path in each line. `None` for another
+/// file. Relative paths are below the folder that all files have in common.
+fn list_of(path: &Path) -> Option<Vec<Input>> {
+    const MOST_BYTES: u64 = 256 << 20;
+    let is_list = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("txt"));
+    let is_file = || std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() <= MOST_BYTES);
+    let text = (is_list && is_file()).then(|| mocap::files::read_text(path).ok())??;
+    let files: Vec<&Path> = text.lines().filter(|line| !line.is_empty()).map(Path::new).collect();
+    // A motion may have the extension of a text.
+    let first = files
+        .first()
+        .filter(|first| first.is_file() || has_known_extension(first))?;
+    let above = |folder: &&Path| files.iter().all(|file| file.starts_with(folder));
+    let folder = first.ancestors().skip(1).find(above).unwrap_or(Path::new(""));
+    let listed = |file: &&Path| Input {
+        relative: Input::new(file.to_path_buf(), folder).relative,
+        ..Input::named(file)
+    };
+    Some(files.iter().map(listed).collect())
 }
 
 /// The files found in folders and by wildcards.
@@ -251,7 +278,7 @@ fn is_pattern(path: &Path) -> bool {
 
 /// Whether a path may name several files.
 pub(crate) fn names_several(path: &Path) -> bool {
-    path.is_dir() || is_pattern(path)
+    path.is_dir() || is_pattern(path) || list_of(path).is_some()
 }
 
 fn has_known_extension(path: &Path) -> bool {
