@@ -1,6 +1,7 @@
 //! Reads a file into a scene. No other module of the library opens input files.
 
-mod attribution;
+#[doc(hidden)]
+pub mod attribution;
 #[cfg(feature = "arrays")]
 mod body;
 mod clips;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap_corpus::survey::report::{ClipRecord, ClipRow, Quality};
 use mocap_corpus::survey::{Condition, Corpus, SelectAmount, SelectBy, Thresholds};
 use mocap_io::import::Importer;
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, spelled};
 use mocap_scene::math::spread::spread;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -191,6 +191,26 @@ impl SurveyOptions {
             .map(|path| (path.clone(), corpus.to_sarif(&thresholds)));
         let made = page.into_iter().chain(findings);
         Ok(made.map(|(path, text)| (path, text.into_bytes())).collect())
+    }
+
+    /// The `mocap.toml` files near `paths` with patterns that match no file, each with warnings about them.
+    #[doc(hidden)]
+    pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<(PathBuf, Vec<Diagnostic>)> {
+        mocap_io::import::attribution::unmatched_patterns(paths)
+    }
+
+    /// Describes the parts of a split in which no clip is.
+    #[doc(hidden)]
+    pub fn doubt(&self, corpus: &Corpus) -> Option<String> {
+        let empty = corpus.empty_parts(self.split.len());
+        (!self.split.is_empty() && !empty.is_empty()).then(|| {
+            spelled(&format!(
+                "{{split}} puts no clip into {}: there are too few groups of clips that belong together; add clips, or \
+                 split {{by}} another value",
+                empty.join(" and ")
+            ))
+            .to_string()
+        })
     }
 
     /// Describes the clips that are worse than allowed.

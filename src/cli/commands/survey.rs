@@ -107,7 +107,13 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
         (Some(output), true) => former(output)?,
         _ => HashMap::new(),
     };
+    for (path, warnings) in SurveyOptions::unmatched_patterns(inputs.iter().map(|input| input.path.as_path())) {
+        report::warnings(Some(&path), &warnings);
+    }
     let (corpus, counts) = work.corpus(&inputs, &former)?;
+    if let Some(doubt) = surveying.doubt(&corpus) {
+        report::say(&doubt);
+    }
     let mut made = surveying.beside(&work.job.read, &corpus)?;
     if let (Some(output), Some(format)) = (&output, format) {
         made.push((output.clone(), corpus.to_format(&format)?));
@@ -128,13 +134,13 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
         };
         print_report(&report, work.is_json, place)?;
     }
-    counts.verdict()?;
+    // Files that cannot be read must not hide that the survey fails.
     match surveying.problem(&corpus) {
         Some(problem) => {
             report::complain(&problem);
             Err(Failure::Told)
         }
-        None => Ok(()),
+        None => counts.verdict(),
     }
 }
 
@@ -240,13 +246,36 @@ impl fmt::Display for SurveyReport<'_> {
                 row.quality,
                 row.verdict.as_str(),
                 row.file,
-                row.reasons
+                reasons_of(row)
             )?;
             if row.verdict != Quality::Unreadable {
                 writeln!(f, "        {}", look_at(row))?;
             }
         }
         Ok(())
+    }
+}
+
+/// The kinds of defects with their amounts, the worst first, as in `skate 18.1 cm`.
+fn reasons_of(row: &ClipRow) -> String {
+    let with_amount = |name: &str| {
+        let mut amounts = row.amounts.iter();
+        let found = amounts.find(|(kind, _)| kind.as_str() == name);
+        found.map_or_else(
+            || name.to_owned(),
+            |(kind, amount)| format!("{name} {} {}", rounded(*amount), kind.unit()),
+        )
+    };
+    let reasons = row.reasons.split_whitespace().map(with_amount);
+    reasons.collect::<Vec<_>>().join(", ")
+}
+
+/// A number with at most three digits, as far as these are not before the point.
+fn rounded(amount: f64) -> String {
+    match amount.abs() {
+        ..10.0 => format!("{}", (amount * 100.0).round() / 100.0),
+        ..100.0 => format!("{}", (amount * 10.0).round() / 10.0),
+        _ => format!("{amount:.0}"),
     }
 }
 

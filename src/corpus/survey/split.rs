@@ -71,6 +71,16 @@ impl Corpus {
     }
 }
 
+impl Corpus {
+    /// The names of the parts of [`split`](Self::split) without a clip.
+    #[doc(hidden)]
+    pub fn empty_parts(&self, parts: usize) -> Vec<String> {
+        let mut names = names(parts);
+        names.retain(|name| self.rows().all(|row| row.split.as_ref() != Some(name)));
+        names
+    }
+}
+
 /// The text that all clips of a group share. Near-duplicates share no name, so the text is the file.
 fn common(row: &ClipRow, by: &[SelectBy]) -> String {
     match () {

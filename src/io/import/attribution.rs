@@ -1,9 +1,11 @@
 //! The file `mocap.toml` of a folder. It states where the motions of the folder come from.
 
+use std::collections::BTreeSet;
+use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use mocap_scene::error::{Error, Result};
+use mocap_scene::error::{Diagnostic, Error, Result};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::Attribution;
 
@@ -21,16 +23,60 @@ pub(super) fn complete(scene: &mut Scene, path: &Path) -> Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     for folder in path.ancestors().skip(1).take(2) {
         let beside = folder.join(NAME);
-        if !std::fs::metadata(&beside).is_ok_and(|found| found.is_file() && found.len() <= MOST_BYTES) {
-            continue;
-        }
-        let mut text = String::new();
-        let file = std::fs::File::open(&beside).map_err(|error| Error::io(&beside, error))?;
-        file.take(MOST_BYTES)
-            .read_to_string(&mut text)
-            .map_err(|error| Error::io(&beside, error))?;
+        let Some(text) = text_of(&beside)? else { continue };
         let found = Attribution::from_toml(&text, &name).map_err(|error| Error::from(error).with_path(&beside))?;
         scene.metadata.attribution.complete(found);
     }
     Ok(())
+}
+
+/// The text of a `mocap.toml`, if there is one.
+fn text_of(path: &Path) -> Result<Option<String>> {
+    if !std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() <= MOST_BYTES) {
+        return Ok(None);
+    }
+    let mut text = String::new();
+    let read = File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_string(&mut text));
+    read.map_err(|error| Error::io(path, error))?;
+    Ok(Some(text))
+}
+
+/// The `mocap.toml` files near `paths`, each with warnings about its patterns that match no file of its folder and of
+/// the folders in it.
+#[doc(hidden)]
+pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<(PathBuf, Vec<Diagnostic>)> {
+    let folder_of = |path: &'a Path| Some(std::path::absolute(path).ok()?.parent()?.to_owned());
+    let folders: BTreeSet<PathBuf> = paths.into_iter().filter_map(folder_of).collect();
+    let near = folders
+        .iter()
+        .flat_map(|folder| folder.ancestors().take(2))
+        .map(Path::to_owned);
+    let near: BTreeSet<PathBuf> = near.collect();
+    let here = std::env::current_dir().ok();
+    let warnings = near.into_iter().filter_map(|folder| {
+        let path = folder.join(NAME);
+        // The import of a motion reports a file that cannot be read.
+        let text = text_of(&path).ok()??;
+        let mut names = Vec::new();
+        for entry in files_of(&folder) {
+            match entry.is_dir() {
+                true => names.extend(files_of(&entry).filter(|path| !path.is_dir()).filter_map(name_of)),
+                false => names.extend(name_of(entry)),
+            }
+        }
+        let shown = here.as_deref().and_then(|here| path.strip_prefix(here).ok());
+        let shown = shown.map_or_else(|| path.clone(), Path::to_owned);
+        Some((shown, Attribution::unmatched_patterns(&text, &names)))
+    });
+    warnings.filter(|(_, warnings)| !warnings.is_empty()).collect()
+}
+
+fn files_of(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path())
+}
+
+fn name_of(path: PathBuf) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    (name != NAME).then_some(name)
 }

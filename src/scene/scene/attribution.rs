@@ -56,30 +56,17 @@ impl Attribution {
         let mut found = Self::default();
         let mut matches = true;
         for (index, content) in text.lines().enumerate() {
-            let line = index + 1;
             let refused = |expected: &str, found: &str| {
-                let at = Location {
-                    line,
-                    column: 1,
-                    length: found.chars().count().max(1),
-                    text: found.to_owned(),
-                    text_column: 1,
-                };
                 Diagnostic::new(Code::InvalidValue, "this is no line of a mocap.toml")
-                    .at(at)
+                    .at(in_line(index, found))
                     .expected_found(expected, format!("\"{found}\""))
             };
             let content = content.trim();
             if content.is_empty() || content.starts_with('#') {
                 continue;
             }
-            if let Some(table) = content.strip_prefix('[') {
-                let pattern = table
-                    .strip_prefix("files.")
-                    .and_then(value)
-                    .filter(|(_, rest)| is_end(rest.strip_prefix(']')))
-                    .and_then(|(value, _)| value.text());
-                let pattern = pattern.ok_or_else(|| refused("[files.\"PATTERN\"]", content))?;
+            if content.starts_with('[') {
+                let pattern = pattern_of(content).ok_or_else(|| refused("[files.\"PATTERN\"]", content))?;
                 matches = is_match(&pattern, name);
                 continue;
             }
@@ -110,6 +97,47 @@ impl Attribution {
         }
         Ok(found)
     }
+
+    /// A warning for each pattern of the text of a `mocap.toml` that matches none of these file names.
+    #[doc(hidden)]
+    pub fn unmatched_patterns(text: &str, names: &[String]) -> Vec<Diagnostic> {
+        let patterns = text.lines().enumerate().filter_map(|(index, content)| {
+            let content = content.trim();
+            let pattern = pattern_of(content).filter(|pattern| !names.iter().any(|name| is_match(pattern, name)))?;
+            let message = format!("no file has a name that matches \"{pattern}\"");
+            let warning = Diagnostic::new(Code::InvalidValue, message).at(in_line(index, content));
+            // The beginning of a name is compared with a pattern that ends in a star.
+            let beginning = |name: &String| match pattern.strip_suffix('*') {
+                Some(start) => name.chars().take(start.chars().count()).collect(),
+                None => name.clone(),
+            };
+            let beginnings: Vec<String> = names.iter().map(beginning).collect();
+            let near = nearest(pattern.trim_end_matches('*'), beginnings.iter().map(String::as_str));
+            let name = near.and_then(|near| names.iter().find(|name| name.starts_with(near)));
+            Some(match name {
+                Some(name) => warning.help(format!("the nearest name is {name}")),
+                None => warning.help("patterns match the names of files, with extension and without folders"),
+            })
+        });
+        patterns.collect()
+    }
+}
+
+/// The place of a line of a `mocap.toml`, by its index.
+fn in_line(index: usize, text: &str) -> Location {
+    Location {
+        line: index + 1,
+        column: 1,
+        length: text.chars().count().max(1),
+        text: text.to_owned(),
+        text_column: 1,
+    }
+}
+
+/// The pattern of a line `[files."PATTERN"]`.
+fn pattern_of(content: &str) -> Option<String> {
+    let (value, rest) = value(content.strip_prefix("[files.")?)?;
+    is_end(rest.strip_prefix(']')).then(|| value.text())?
 }
 
 /// A TOML value of a supported type.

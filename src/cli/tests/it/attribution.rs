@@ -85,3 +85,20 @@ fn a_mocap_toml_that_is_none_is_an_error_with_its_line() {
         folder.refuses("info cmu_short.bvh", 2, expected);
     }
 }
+
+#[test]
+fn a_pattern_that_matches_no_file_is_a_warning_with_the_nearest_name() {
+    let folder = Folder::of_real(&[WALK, "cmu_short.bvh"]);
+    folder.write(
+        "mocap.toml",
+        b"[files.\"cmu_12_01_wlak*\"]\nperson = \"A\"\n[files.\"cmu_s*\"]\nperson = \"B\"\n",
+    );
+    let said = folder.run("survey .");
+    let said = String::from_utf8(said.stderr).unwrap();
+    assert!(
+        said.contains("mocap.toml:1") && said.contains("cmu_12_01_wlak*"),
+        "{said}"
+    );
+    assert!(said.contains(&format!("the nearest name is {WALK}")), "{said}");
+    assert_eq!(said.matches("no file has a name").count(), 1, "{said}");
+}

@@ -135,6 +135,18 @@ fn the_command_writes_tables_and_says_what_failed() {
     let walk = folder.run(&format!("survey {WALK} lecture_Test.bvh --fail-on bad"));
     assert_eq!(walk.status.code(), Some(0), "{}", words(&walk));
     folder.refuses(&format!("survey {WALK} --threshold skate=0.1 --fail-on bad"), 1, "");
+    // A file that cannot be read does not hide a bad clip.
+    folder.refuses("survey . --threshold skate=0.1 --fail-on bad", 1, "bad or worse");
+    let sliding = folder.run(&format!("survey {WALK} --threshold skate=0.1"));
+    let listed = String::from_utf8(sliding.stdout).unwrap();
+    assert!(
+        listed
+            .lines()
+            .any(|line| line.contains("skate ") && line.contains(" cm")),
+        "{listed}"
+    );
+    let split = folder.run(&format!("survey {WALK} --split 0.8,0.1,0.1"));
+    assert!(words(&split).contains("puts no clip into"), "{}", words(&split));
     folder.refuses(&format!("survey {WALK} --threshold skid=1"), 2, "skid");
     folder.refuses(&format!("survey {WALK} --where skat<1"), 2, "skate");
     // An input is never replaced, and a table needs a format.
@@ -209,6 +221,11 @@ fn twins_are_found_and_one_of_them_is_kept() {
     folder.succeeds("survey . --select 3 -o chosen.txt");
     let chosen = String::from_utf8(folder.read("chosen.txt")).unwrap();
     assert!(chosen.lines().count() <= 3 && !chosen.is_empty(), "{chosen}");
+    // The list is an input of the commands for many files.
+    folder.succeeds("convert chosen.txt -o listed/ --to bvh");
+    let listed = std::fs::read_dir(folder.path("listed")).unwrap().flatten();
+    let listed = listed.filter(|entry| entry.path().extension().is_some_and(|extension| extension == "bvh"));
+    assert_eq!(listed.count(), chosen.lines().count());
     for nothing in ["0", "0%"] {
         let said = folder.ends_with(2, &format!("survey . --select {nothing} -o none.txt"));
         assert!(said.contains("above 0") && !folder.path("none.txt").exists(), "{said}");

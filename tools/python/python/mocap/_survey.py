@@ -85,7 +85,7 @@ def survey(
 ) -> Survey:
     """Surveys motions, on all cores, as ``mocap survey`` does.
 
-    >>> found = mocap.survey("takes", where="skate < 3 and not twin")   # doctest: +SKIP
+    >>> found = mocap.survey("takes", where="verdict = good and not twin")   # doctest: +SKIP
     >>> found.rows[0]["verdict"]                                         # doctest: +SKIP
     'good'
 
