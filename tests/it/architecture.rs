@@ -21,7 +21,10 @@ const ONLY_IN: &[(&str, &str)] = &[
         "File::create fs::write tempfile",
         "src/cli src/scene/files src/job/build.rs src/render/build.rs",
     ),
-    ("println! eprintln! print! eprint!", "src/cli src/job/build.rs src/render/build.rs"),
+    (
+        "println! eprintln! print! eprint!",
+        "src/cli src/job/build.rs src/render/build.rs",
+    ),
     (".unwrap() dbg! _str!(\"../.. _bytes!(\"..", "no file"),
     // The manifests switch unit tests off: one would never run. What tests need is for them alone.
     ("#[test] cfg(test internals::", "no file"),

@@ -26,11 +26,14 @@ pub(crate) fn write_dataset(
         let mut dataset = DatasetWriter::create(&folder, files.iter().map(|(_, path)| path), &options, license)?;
         let (mut rows, mut bytes, mut failed) = (Vec::new(), 0, Vec::new());
         for (name, path) in &files {
-            let motion = importer.import(path).and_then(|scene| Arrays::of(&scene, &options));
-            let motion = motion.and_then(|motion| table::check_row(&motion).map(|()| motion));
+            let motion = importer.import(path).and_then(|scene| {
+                let motion = Arrays::of(&scene, &options)?;
+                table::check_row(&motion)?;
+                Ok((motion, scene.metadata.attribution))
+            });
             match motion {
-                Ok(motion) => {
-                    dataset.add(DatasetClip::new(name, &motion), path)?;
+                Ok((motion, attribution)) => {
+                    dataset.add(DatasetClip::new(name, &motion).attributed(&attribution), path)?;
                     let row = table::clips(&[(name.as_str(), Ok(&motion))], &options);
                     bytes += row.get_array_memory_size();
                     rows.push(row);

@@ -76,6 +76,15 @@ fn a_table_of_rows_for_each_joint_is_a_dataset_too() {
     assert!(card.contains("| `ex` | float32 | degree | rotation |"), "{card}");
     assert!(card.contains("right-handed, with +Z up"), "{card}");
     assert!(card.contains("license: unknown"), "{card}");
+    // What mocap.toml states is on the card.
+    folder.write(
+        "takes/walks/mocap.toml",
+        b"licence = \"CC-BY-4.0\"\n[files.\"b*\"]\nperson = \"Anna\"\n",
+    );
+    folder.succeeds("pack takes/walks -o stated --to hf");
+    let card = String::from_utf8(folder.read("stated/README.md")).unwrap();
+    assert!(card.contains("license: cc-by-4.0\n"), "{card}");
+    assert!(card.contains("| CC-BY-4.0 |  | Anna, not stated: 1 clip |"), "{card}");
 }
 
 #[test]

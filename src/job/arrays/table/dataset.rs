@@ -20,6 +20,7 @@ use arrow_schema::{ArrowError, SchemaRef};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::{ReplacePolicy, check_confined, check_folder, copy_file, persist_folder, write_file};
 use mocap_scene::scene::UpAxis;
+use mocap_scene::scene::report::Attribution;
 
 use super::{skeleton_hash, to_parquet};
 use crate::arrays::{ArrayOptions, Arrays};
@@ -33,6 +34,7 @@ pub struct DatasetClip {
     joints: usize,
     frames: usize,
     frame_rate: f64,
+    attribution: Attribution,
 }
 
 impl DatasetClip {
@@ -44,7 +46,16 @@ impl DatasetClip {
             joints: motion.joints().len(),
             frames: motion.frames,
             frame_rate: motion.frame_rate(),
+            attribution: Attribution::default(),
         }
+    }
+
+    /// The card data with the licence, the source and the person that the file or a `mocap.toml` states:
+    /// [`Metadata::attribution`](mocap_scene::scene::Metadata::attribution).
+    #[must_use]
+    pub fn attributed(mut self, attribution: &Attribution) -> Self {
+        self.attribution = attribution.clone();
+        self
     }
 
     fn seconds(&self) -> f64 {
@@ -262,6 +273,24 @@ fn check_license(license: &str) -> Result<()> {
         .expected_found("small letters, digits, . - and +", format!("{license:?}"))
         .help("use an identifier of Hugging Face, such as cc-by-4.0, cc0-1.0 or other");
     Err(diagnostic.into())
+}
+
+impl DatasetWriter {
+    /// The identifier of the licence: that of the caller, else the one that all clips state. `other` for several
+    /// licences, and for one that is no identifier.
+    fn license(&self) -> Option<String> {
+        if self.license.is_some() {
+            return self.license.clone();
+        }
+        let stated = self.clips.iter().map(|clip| clip.attribution.licence.as_deref());
+        let stated: BTreeSet<Option<String>> = stated.map(|licence| Some(licence?.to_lowercase())).collect();
+        let mut stated = stated.into_iter();
+        match (stated.next().flatten(), stated.next()) {
+            (Some(only), None) if check_license(&only).is_ok() => Some(only),
+            (None, None) => None,
+            _ => Some("other".to_owned()),
+        }
+    }
 }
 
 /// Whether a file of this name holds a licence, or a notice that a licence requires.

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use arrow_schema::{DataType, Schema};
+use mocap_scene::report::counted;
+use mocap_scene::scene::report::Attribution;
 
 use super::{DatasetClip, DatasetWriter};
 use crate::arrays::{ArrayOptions, Rotation, RotationSpace, Space};
@@ -41,7 +43,7 @@ fn metadata(out: &mut String, dataset: &DatasetWriter, name: &str) -> std::fmt::
         .find(|(rows, _)| dataset.rows < *rows)
         .map_or("n>1T", |row| row.1);
     writeln!(out, "pretty_name: {}", quoted(name))?;
-    writeln!(out, "license: {}", dataset.license.as_deref().unwrap_or("unknown"))?;
+    writeln!(out, "license: {}", dataset.license().as_deref().unwrap_or("unknown"))?;
     writeln!(out, "task_categories:\n- other")?;
     writeln!(out, "tags:\n- motion-capture\n- human-motion\n- animation\n- mocap")?;
     writeln!(out, "size_categories:\n- {size}")?;
@@ -258,25 +260,29 @@ fn statistics(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
 }
 
 fn sources(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
-    let mut folders: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
+    let mut folders: BTreeMap<&str, Vec<&DatasetClip>> = BTreeMap::new();
     for clip in &dataset.clips {
-        let found = folders.entry(clip.source()).or_default();
-        *found = (found.0 + 1, found.1 + clip.seconds());
+        folders.entry(clip.source()).or_default().push(clip);
     }
+    let has_licences = dataset.clips.iter().any(|clip| clip.attribution.licence.is_some());
     writeln!(out, "## Sources and licences\n")?;
     match &dataset.license {
         Some(license) => writeln!(
             out,
             "The packer states that the clips are under the licence `{license}`."
         )?,
+        None if has_licences => writeln!(out, "The table has the licences that the clips or their folders state.")?,
         None => writeln!(
             out,
             "The packer stated no licence. Ask the sources before you use the clips, and set `license` above."
         )?,
     }
     writeln!(out, "`header` has the SHA-256 of each file.\n")?;
-    writeln!(out, "| folder | clips | duration | licence files |\n|---|---|---|---|")?;
-    for (folder, (count, seconds)) in folders.iter().take(MOST_ROWS) {
+    writeln!(
+        out,
+        "| folder | clips | duration | licences | sources | persons | licence files |\n|---|---|---|---|---|---|---|"
+    )?;
+    for (folder, clips) in folders.iter().take(MOST_ROWS) {
         let is_of = |below: &&String| below.is_empty() || below.split('/').next() == Some(*folder);
         let found = dataset.licenses.iter().filter(|(below, _)| is_of(below));
         let files: BTreeSet<&str> = found.flat_map(|(_, files)| files).map(String::as_str).collect();
@@ -289,7 +295,16 @@ fn sources(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
         } else {
             cell(folder)
         };
-        writeln!(out, "| {name} | {count} | {} | {links} |", duration(*seconds))?;
+        let seconds: f64 = clips.iter().map(|clip| clip.seconds()).sum();
+        let licences = stated(clips, |attribution| &attribution.licence);
+        let sources = stated(clips, |attribution| &attribution.source);
+        let persons = stated(clips, |attribution| &attribution.person);
+        writeln!(
+            out,
+            "| {name} | {} | {} | {licences} | {sources} | {persons} | {links} |",
+            clips.len(),
+            duration(seconds)
+        )?;
     }
     more(out, folders.len())?;
     if !dataset.failed.is_empty() {
@@ -301,6 +316,23 @@ fn sources(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
     }
     let version = env!("CARGO_PKG_VERSION");
     writeln!(out, "Packed with mocap {version}.")
+}
+
+/// What clips state, each value once, and the number of clips that state nothing if others do.
+fn stated(clips: &[&DatasetClip], of: impl Fn(&Attribution) -> &Option<String>) -> String {
+    /// The most values in a cell.
+    const MOST: usize = 10;
+    let stated = || clips.iter().filter_map(|clip| of(&clip.attribution).as_deref());
+    let values: BTreeSet<&str> = stated().collect();
+    let mut cells: Vec<String> = values.iter().take(MOST).map(|value| cell(value)).collect();
+    if values.len() > MOST {
+        cells.push(format!("{} more", values.len() - MOST));
+    }
+    match clips.len() - stated().count() {
+        without if without > 0 && !cells.is_empty() => cells.push(format!("not stated: {}", counted(without, "clip"))),
+        _ => {}
+    }
+    cells.join(", ")
 }
 
 /// Ends a table with the number of omitted rows.
