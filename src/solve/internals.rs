@@ -6,3 +6,4 @@ pub use crate::biomechanics::series::unique;
 pub use crate::markers::landmarks::{Landmark, by_key, keys, set_name};
 pub use crate::markers::noise::of as noise;
 pub use crate::markers::take::Track;
+pub use crate::markers::tree::{Tree, TreeMatrix};

@@ -24,6 +24,7 @@ mod strays;
 mod subjects;
 pub(crate) mod take;
 mod track;
+pub(crate) mod tree;
 mod weights;
 
 use std::sync::Arc;
@@ -32,7 +33,7 @@ use glam::Quat;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene};
 
-use self::calibrate::calibrate;
+use self::calibrate::{FIRST_STEPS, STEPS, calibrate};
 use self::centres::{Centres, centres};
 use self::landmarks::Labels;
 use self::take::Take;
@@ -166,12 +167,13 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         .map_or(0.0, |animation| animation.ticks_per_second);
     let noise = noise::of(&take.tracks, rate);
     let regressed = model.clone();
-    let mut known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
+    let steps = if chosen.spread.is_some() { FIRST_STEPS } else { STEPS };
+    let mut known_joints = calibrate(&mut model, &regressed, &mut frames, (noise, steps));
     let mut start = (chosen.frames[0], frames[0].pose.clone());
     if let Some(wanted) = &chosen.spread {
         let step = ((rate / COARSE_RATE) as usize).max(1);
         frames = track::poses(&model, &take.tracks, (start.0, &start.1), (wanted, step));
-        known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
+        known_joints = calibrate(&mut model, &regressed, &mut frames, (noise, STEPS));
         start = (wanted[0], frames[0].pose.clone());
     }
     // Calibration moves the markers on the pelvis, so recompute the pelvis axes from the markers.

@@ -10,11 +10,14 @@
 use glam::DVec3;
 use mocap_scene::math::cholesky;
 
-use super::fit::{self, Fit, add_term};
-use super::model::{Freedom, Model, Pose, World};
+use super::fit::{self, Fit};
+use super::model::{Freedom, Model, Pose};
 
 /// The largest number of iterations over all frames, which bounds the time.
-const STEPS: usize = 15;
+pub(super) const STEPS: usize = 15;
+
+/// The number of iterations for a body from which other frames are solved, to calibrate it again.
+pub(super) const FIRST_STEPS: usize = 5;
 
 /// The step in metres below which the calibration ends: half of the camera noise.
 const SMALLEST_STEP: f64 = 5e-4;
@@ -81,12 +84,19 @@ fn independence(model: &Model, noise: f64) -> f64 {
 
 /// Refines the body and the poses, and returns the uncertainty of each joint. `first` has the regressions. `noise` is
 /// the noise of a marker coordinate, in metres.
-pub(super) fn calibrate(model: &mut Model, first: &Model, frames: &mut [Frame], noise: f64) -> Vec<Option<Certainty>> {
+///
+/// The body has `steps` iterations, or fewer if it no longer changes.
+pub(super) fn calibrate(
+    model: &mut Model,
+    first: &Model,
+    frames: &mut [Frame],
+    (noise, steps): (f64, usize),
+) -> Vec<Option<Certainty>> {
     model.slides = model.weights.slide;
     let unknowns = Unknowns::of(model);
     let mut fit = Fit::default();
     let mut factor = None;
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         let counts = independence(model, noise);
         let mut matrix = vec![0.0; unknowns.count * unknowns.count];
         let mut right = vec![0.0; unknowns.count];
@@ -98,13 +108,16 @@ pub(super) fn calibrate(model: &mut Model, first: &Model, frames: &mut [Frame], 
                 squares += distance * distance * weight;
                 seen += weight;
             }
-            eliminated((model, counts), &unknowns, frame, &fit.world, (&mut matrix, &mut right));
+            eliminated((model, counts), &unknowns, frame, &mut fit, (&mut matrix, &mut right));
         }
-        prior(model, first, &unknowns, |term| {
-            add_term(&mut matrix, &mut right, unknowns.count, term);
+        prior(model, first, &unknowns, |column, value, slope| {
+            right[column] -= slope * value;
+            matrix[column * unknowns.count + column] += slope * slope;
         });
         cholesky::solve(&mut matrix, &mut right, unknowns.count);
-        let Some(largest) = fit::largest(&right) else { break };
+        let Some(largest) = fit::largest(right.iter().copied()) else {
+            break;
+        };
         factor = Some(matrix);
         change(model, &unknowns, &right);
         // Near the solution, the take shows how far markers slide.
@@ -154,74 +167,63 @@ fn eliminated(
     (model, counts): (&Model, f64),
     unknowns: &Unknowns,
     frame: &Frame,
-    world: &World,
+    fit: &mut Fit,
     (matrix, right): (&mut [f64], &mut [f64]),
 ) {
-    let (poses, bodies) = (model.unknowns, unknowns.count);
-    let mut own = vec![0.0; poses * poses];
-    let mut own_right = vec![0.0; poses];
-    // Each column of the body's unknowns is stored as a row here.
-    let mut mixed = vec![0.0; bodies * poses];
+    let bodies = unknowns.count;
+    fit.factor_of(model, &frame.pose, &frame.seen);
+    let (tree, world) = (&model.tree, &fit.world);
+    let blocks = fit.right.len();
+    // Each column of the body's unknowns is stored as a row here, in blocks of the pose.
+    let mut mixed = vec![DVec3::ZERO; bodies * blocks];
     let (mut moves, mut grows) = (Vec::new(), Vec::new());
     for (marker, seen) in frame.seen.iter().enumerate() {
         let Some(seen) = seen else { continue };
         let off = *seen - model.marker(marker, world);
-        let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides) * counts;
+        let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
         model.moves(marker, world, &mut moves);
         model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
-        for &(row, a) in &moves {
-            own_right[row] += weight * a.dot(off);
-            for &(column, b) in &moves {
-                own[row * poses + column] += weight * a.dot(b);
-            }
-        }
         for &(row, a) in &grows {
-            right[row] += weight * a.dot(off);
+            right[row] += counts * weight * a.dot(off);
             for &(column, b) in &grows {
                 if column <= row {
-                    matrix[row * bodies + column] += weight * a.dot(b);
+                    matrix[row * bodies + column] += counts * weight * a.dot(b);
                 }
             }
             for &(column, b) in &moves {
-                mixed[row * poses + column] += weight * a.dot(b);
+                mixed[row * blocks + column / 3][column % 3] += weight * a.dot(b);
             }
         }
     }
-    model.terms(&frame.pose, world, |(value, slopes)| {
-        let root = counts.sqrt();
-        let slopes: Vec<(usize, f64)> = slopes.iter().map(|(column, slope)| (*column, slope * root)).collect();
-        add_term(&mut own, &mut own_right, poses, (value * root, &slopes));
-    });
-    for row in 0..poses {
-        own[row * poses + row] += 1e-3;
-    }
-    cholesky::factor_envelope(&mut own, &model.envelope);
-    cholesky::forward_envelope(&own, &mut own_right, &model.envelope, 0);
-    // Each unknown of the body, with the first unknown of the pose that it is coupled to.
-    let mut touched: Vec<(usize, usize)> = Vec::new();
+    let mut own_right = std::mem::take(&mut fit.right);
+    fit.matrix.forward(tree, &mut own_right);
+    // For each block of the pose, the unknowns of the body that are coupled to it.
+    let mut coupled: Vec<Vec<(usize, DVec3)>> = vec![Vec::new(); blocks];
     for body in 0..bodies {
-        let row = &mut mixed[body * poses..(body + 1) * poses];
-        if let Some(first) = row.iter().position(|value| *value != 0.0) {
-            cholesky::forward_envelope(&own, row, &model.envelope, first);
-            touched.push((body, first));
+        let row = &mut mixed[body * blocks..(body + 1) * blocks];
+        fit.matrix.forward(tree, row);
+        for (block, own) in row.iter().enumerate().filter(|(_, own)| **own != DVec3::ZERO) {
+            coupled[block].push((body, *own));
+            right[body] -= counts * own.dot(own_right[block]);
         }
     }
-    for (index, &(body, first)) in touched.iter().enumerate() {
-        let row = &mixed[body * poses..(body + 1) * poses];
-        right[body] -= cholesky::dot(&row[first..], &own_right[first..]);
-        for &(other, own) in &touched[..=index] {
-            let from = first.max(own);
-            let other_row = &mixed[other * poses + from..(other + 1) * poses];
-            matrix[body * bodies + other] -= cholesky::dot(&row[from..], other_row);
+    for coupled in &coupled {
+        for (index, &(body, own)) in coupled.iter().enumerate() {
+            let (line, own) = (&mut matrix[body * bodies..(body + 1) * bodies], own * counts);
+            for &(other, across) in &coupled[..=index] {
+                line[other] -= own.dot(across);
+            }
         }
     }
+    fit.right = own_right;
 }
 
-/// Adds the regressions as equations for the body.
-fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(super::model::Term<'_>)) {
+/// The regressions as equations for the body. `add` takes an unknown, a residual divided by its standard deviation, and
+/// its derivative.
+fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(usize, f64, f64)) {
     let mut vector = |column: usize, off: DVec3, deviation: f64| {
         for axis in 0..3 {
-            add((off[axis] / deviation, &[(column + axis, 1.0 / deviation)]));
+            add(column + axis, off[axis] / deviation, 1.0 / deviation);
         }
     };
     for (joint, column) in unknowns.offsets.iter().enumerate() {
@@ -239,7 +241,7 @@ fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(
         if let (Some(column), Freedom::Length) = (*column, model.joints[joint].freedom) {
             let off = model.joints[joint].offset.length() - first.joints[joint].offset.length();
             let deviation = model.weights.length;
-            add((off / deviation, &[(column, 1.0 / deviation)]));
+            add(column, off / deviation, 1.0 / deviation);
         }
     }
 }

@@ -4,9 +4,9 @@
 //! little.
 
 use glam::{DMat3, DQuat, DVec3};
-use mocap_scene::math::cholesky;
 
-use super::model::{Model, Pose, World};
+use super::model::{Model, Pose, Term, World};
+use super::tree::TreeMatrix;
 
 /// Marker positions in a frame, in metres; `None` if a marker was not seen.
 pub(super) type Seen = [Option<DVec3>];
@@ -31,10 +31,11 @@ pub(super) type Toward = [(usize, DQuat, f64)];
 #[derive(Debug, Default)]
 pub(super) struct Fit {
     pub(super) world: World,
-    matrix: Vec<f64>,
-    right: Vec<f64>,
+    /// The normal equations, and after a solution their factor.
+    pub(super) matrix: TreeMatrix,
+    pub(super) right: Vec<DVec3>,
     /// The sum of the iteration steps of a frame.
-    moved: Vec<f64>,
+    moved: Vec<DVec3>,
     loads: Vec<Load>,
 }
 
@@ -74,34 +75,27 @@ impl Load {
     }
 }
 
+/// Adds a term to the normal equations.
+fn add_term(model: &Model, matrix: &mut TreeMatrix, right: &mut [DVec3], (value, first, slope): Term) {
+    right[first / 3] -= slope * value;
+    *matrix.block(&model.tree, first / 3, 0) += outer(slope, slope);
+}
+
 /// The products of the coordinates of `a`, which are rows, with the coordinates of `b`.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// The largest absolute value of a step; `None` if a value is not finite, because the step is then invalid.
-pub(super) fn largest(step: &[f64]) -> Option<f64> {
-    step.iter().try_fold(0.0_f64, |most, number| {
-        number.is_finite().then(|| most.max(number.abs()))
-    })
+pub(super) fn largest(step: impl Iterator<Item = f64>) -> Option<f64> {
+    step.map(f64::abs)
+        .try_fold(0.0_f64, |most, size| size.is_finite().then(|| most.max(size)))
 }
 
 /// The weight of a marker at a distance from its expected position. At the distance `outlier` it is a quarter.
 pub(super) fn weight(distance: f64, outlier: f64) -> f64 {
     let ratio = distance / outlier;
     1.0 / (1.0 + ratio * ratio).powi(2)
-}
-
-/// Adds `value` with its derivatives to the normal equations, which store only the lower triangle.
-pub(super) fn add_term(matrix: &mut [f64], right: &mut [f64], size: usize, (value, slopes): super::model::Term<'_>) {
-    for &(row, a) in slopes {
-        right[row] -= a * value;
-        for &(column, b) in slopes {
-            if column <= row {
-                matrix[row * size + column] += a * b;
-            }
-        }
-    }
 }
 
 impl Fit {
@@ -112,34 +106,34 @@ impl Fit {
 
     /// Like [`fit`](Self::fit), and also toward the rotations that other frames predict.
     pub(super) fn fit_toward(&mut self, model: &Model, pose: &mut Pose, seen: &Seen, toward: &Toward) {
-        let size = model.unknowns;
+        let tree = &model.tree;
         self.moved.clear();
-        self.moved.resize(size, 0.0);
-        let deviation = model.weights.hold;
+        self.moved.resize(model.unknowns / 3, DVec3::ZERO);
+        let held = 1.0 / (model.weights.hold * model.weights.hold);
         for _ in 0..ITERATIONS {
             self.normal_equations(model, pose, seen);
             for &(joint, rotation, deviation) in toward {
                 let (matrix, right) = (&mut self.matrix, &mut self.right);
                 model.toward(joint, pose, &self.world, (rotation, deviation), |term| {
-                    add_term(matrix, right, size, term);
+                    add_term(model, matrix, right, term);
                 });
             }
-            for row in 0..size {
-                let hold = if row >= model.root {
-                    1.0
-                } else {
-                    1.0 / (deviation * deviation)
-                };
-                self.matrix[row * size + row] += hold;
-                self.right[row] -= hold * self.moved[row];
+            for (block, moved) in self.moved.iter().enumerate() {
+                let hold = if 3 * block == model.root { 1.0 } else { held };
+                self.matrix.add_diagonal(tree, block, hold);
+                self.right[block] -= *moved * hold;
             }
-            cholesky::solve_envelope(&mut self.matrix, &mut self.right, &model.envelope);
-            let Some(largest) = largest(&self.right) else { break };
+            self.matrix.factor(tree);
+            self.matrix.forward(tree, &mut self.right);
+            self.matrix.backward(tree, &mut self.right);
+            let Some(largest) = largest(self.right.iter().flat_map(DVec3::to_array)) else {
+                break;
+            };
             if largest > LARGEST_STEP {
                 self.right.iter_mut().for_each(|step| *step *= LARGEST_STEP / largest);
             }
             model.step(pose, &self.world, &self.right);
-            std::iter::zip(&mut self.moved, &self.right).for_each(|(moved, step)| *moved += step);
+            std::iter::zip(&mut self.moved, &self.right).for_each(|(moved, step)| *moved += *step);
             if largest < SMALLEST_STEP {
                 break;
             }
@@ -147,12 +141,11 @@ impl Fit {
         model.world(pose, &mut self.world);
     }
 
-    fn normal_equations(&mut self, model: &Model, pose: &Pose, seen: &Seen) {
-        let size = model.unknowns;
-        self.matrix.clear();
-        self.matrix.resize(size * size, 0.0);
+    /// The normal equations of a pose.
+    pub(super) fn normal_equations(&mut self, model: &Model, pose: &Pose, seen: &Seen) {
+        self.matrix.clear(&model.tree);
         self.right.clear();
-        self.right.resize(size, 0.0);
+        self.right.resize(model.unknowns / 3, DVec3::ZERO);
         model.world(pose, &mut self.world);
         self.loads.clear();
         self.loads.resize(model.joints.len(), Load::default());
@@ -172,64 +165,52 @@ impl Fit {
                 self.loads[parent].add_child(&load, arm);
             }
         }
-        let load = &self.loads[0];
-        for axis in 0..3 {
-            let row = model.root + axis;
-            self.matrix[row * size + row] += load.weight;
-            self.right[row] += load.force[axis];
-        }
+        let (load, root) = (&self.loads[0], model.root / 3);
+        self.matrix.add_diagonal(&model.tree, root, load.weight);
+        self.right[root] += load.force;
         let (matrix, right) = (&mut self.matrix, &mut self.right);
-        model.terms(pose, &self.world, |term| add_term(matrix, right, size, term));
+        model.terms(pose, &self.world, |term| add_term(model, matrix, right, term));
     }
 
     /// The standard deviation of each joint's rotation relative to its parent, in radians, given the seen markers.
     pub(super) fn deviations(&mut self, model: &Model, pose: &Pose, seen: &Seen) -> Vec<f64> {
+        self.factor_of(model, pose, seen);
+        let largest = |unknown: usize| self.matrix.variances(&model.tree, unknown / 3).max_element().sqrt();
+        model
+            .unknown
+            .iter()
+            .map(|unknown| unknown.map_or(0.0, largest))
+            .collect()
+    }
+
+    /// The normal equations of a pose, with the factor of their matrix.
+    pub(super) fn factor_of(&mut self, model: &Model, pose: &Pose, seen: &Seen) {
         self.normal_equations(model, pose, seen);
-        let size = model.unknowns;
-        for row in 0..size {
-            self.matrix[row * size + row] += LEAST_INFORMATION;
+        for block in 0..self.right.len() {
+            self.matrix.add_diagonal(&model.tree, block, LEAST_INFORMATION);
         }
-        cholesky::factor_envelope(&mut self.matrix, &model.envelope);
-        let variance = |unknown: usize| {
-            let mut unit = vec![0.0; size];
-            unit[unknown] = 1.0;
-            cholesky::forward_envelope(&self.matrix, &mut unit, &model.envelope, unknown);
-            unit.iter().map(|value| value * value).sum::<f64>()
-        };
-        let deviation = |unknown: &Option<usize>| {
-            unknown.map_or(0.0, |first| (first..first + 3).map(variance).fold(0.0, f64::max).sqrt())
-        };
-        model.unknown.iter().map(deviation).collect()
+        self.matrix.factor(&model.tree);
     }
 
     /// Adds the rows of all ancestor joints, and of the root position, in the columns of a joint's rotation. A rotation
     /// `u` moves a marker by the cross product of `u` with the marker's lever arm.
     fn add_joint(&mut self, model: &Model, joint: usize) {
         let Some(column) = model.unknown[joint] else { return };
-        let (size, load) = (model.unknowns, &self.loads[joint]);
-        for &above in model.chain(joint) {
-            let Some(row) = model.unknown[above] else { continue };
+        let (tree, load, block) = (&model.tree, &self.loads[joint], column / 3);
+        let above = model
+            .chain(joint)
+            .iter()
+            .filter(|above| model.unknown[**above].is_some());
+        for (level, &above) in above.enumerate() {
             let arm = self.world.positions[joint] - self.world.positions[above];
             let sums = load.squares + outer(load.arms, arm);
             let trace = sums.x_axis.x + sums.y_axis.y + sums.z_axis.z;
-            for up in 0..3 {
-                let own = if row == column { up + 1 } else { 3 };
-                for axis in 0..own {
-                    let here = &mut self.matrix[(row + up) * size + column + axis];
-                    *here -= sums.col(axis)[up];
-                    if axis == up {
-                        *here += trace;
-                    }
-                }
-            }
+            *self.matrix.block(tree, block, level) += DMat3::from_diagonal(DVec3::splat(trace)) - sums;
         }
-        for (axis, unit) in DVec3::AXES.into_iter().enumerate() {
-            let moved = unit.cross(load.arms);
-            for up in 0..3 {
-                self.matrix[(model.root + up) * size + column + axis] += moved[up];
-            }
-            self.right[column + axis] += load.moment[axis];
-        }
+        let [x, y, z] = DVec3::AXES.map(|unit| unit.cross(load.arms));
+        let root = tree.chain(block).len() - 1;
+        *self.matrix.block(tree, block, root) += DMat3::from_cols(x, y, z);
+        self.right[block] += load.moment;
     }
 
     /// The distance of each seen marker from its position in the pose, in metres.

@@ -3,6 +3,7 @@
 
 use glam::{DQuat, DVec3};
 
+use super::tree::Tree;
 use super::weights::MarkerWeights;
 
 /// What calibration may change about a joint's offset from its parent.
@@ -58,8 +59,8 @@ pub(super) struct World {
     pub(super) rotations: Vec<DQuat>,
 }
 
-/// A residual divided by its standard deviation, and its derivatives.
-pub(super) type Term<'t> = (f64, &'t [(usize, f64)]);
+/// A residual divided by its standard deviation, the first of three unknowns, and the derivatives.
+pub(super) type Term = (f64, usize, DVec3);
 
 #[derive(Clone, Debug)]
 pub(super) struct Model {
@@ -75,8 +76,8 @@ pub(super) struct Model {
     pub(super) unknowns: usize,
     /// The first of the three unknowns of the root position, which come last.
     pub(super) root: usize,
-    /// For each unknown, the first unknown that it is coupled to: an earlier one, or itself.
-    pub(super) envelope: Vec<usize>,
+    /// The blocks of three unknowns: joints, and last the position of the root.
+    pub(super) tree: Tree,
     /// The joints that move each joint: the joint itself first, the root last.
     chains: Vec<Vec<usize>>,
 }
@@ -100,15 +101,11 @@ impl Model {
         let chains: Vec<Vec<usize>> = (0..joints.len())
             .map(|joint| std::iter::successors(Some(joint), |joint| joints[*joint].parent).collect())
             .collect();
-        let mut envelope: Vec<usize> = (0..unknowns).map(|row| row / 3 * 3).collect();
-        envelope[root..].fill(0);
+        let mut parents = vec![None; unknowns / 3];
         for chain in &chains {
-            let mut lowest = root;
-            for first in chain.iter().filter_map(|joint| unknown[*joint]) {
-                lowest = lowest.min(first);
-                envelope[first..first + 3]
-                    .iter_mut()
-                    .for_each(|own| *own = lowest.min(*own));
+            let blocks: Vec<usize> = chain.iter().filter_map(|joint| unknown[*joint]).collect();
+            for (first, above) in std::iter::zip(&blocks, blocks.iter().skip(1).chain([&root])) {
+                parents[first / 3] = Some(above / 3);
             }
         }
         Self {
@@ -119,7 +116,7 @@ impl Model {
             unknown,
             unknowns,
             root,
-            envelope,
+            tree: Tree::new(&parents),
             chains,
         }
     }
@@ -219,7 +216,7 @@ impl Model {
 
     /// The equations that joints give for a pose without markers: hinges bend about their axis, and a joint stays near
     /// its T-pose rotation.
-    pub(super) fn terms(&self, pose: &Pose, world: &World, mut add: impl FnMut(Term<'_>)) {
+    pub(super) fn terms(&self, pose: &Pose, world: &World, mut add: impl FnMut(Term)) {
         for (index, joint) in self.joints.iter().enumerate() {
             let (Some(unknown), Some(bend), Some(parent)) = (self.unknown[index], joint.bend, joint.parent) else {
                 continue;
@@ -228,11 +225,7 @@ impl Model {
             let to_world = world.rotations[parent];
             // A world rotation by `d` rotates the joint relative to its parent by the inverse of `to_world` times `d`.
             let mut term = |value: f64, slope: DVec3, deviation: f64| {
-                let slope = to_world * slope / deviation;
-                add((
-                    value / deviation,
-                    &[(unknown, slope.x), (unknown + 1, slope.y), (unknown + 2, slope.z)],
-                ));
+                add((value / deviation, unknown, to_world * slope / deviation));
             };
             let turned = turned(local);
             for axis in DVec3::AXES {
@@ -262,7 +255,7 @@ impl Model {
         pose: &Pose,
         world: &World,
         (rotation, deviation): (DQuat, f64),
-        mut add: impl FnMut(Term<'_>),
+        mut add: impl FnMut(Term),
     ) {
         let Some(unknown) = self.unknown[joint] else { return };
         let to_world = self.joints[joint]
@@ -270,11 +263,7 @@ impl Model {
             .map_or(DQuat::IDENTITY, |parent| world.rotations[parent]);
         let off = turned(pose.local[joint] * rotation.inverse());
         for axis in DVec3::AXES {
-            let slope = to_world * axis / deviation;
-            add((
-                off.dot(axis) / deviation,
-                &[(unknown, slope.x), (unknown + 1, slope.y), (unknown + 2, slope.z)],
-            ));
+            add((off.dot(axis) / deviation, unknown, to_world * axis / deviation));
         }
     }
 
@@ -296,11 +285,11 @@ impl Model {
     }
 
     /// Changes a pose by a step of its unknowns.
-    pub(super) fn step(&self, pose: &mut Pose, world: &World, step: &[f64]) {
-        pose.root += DVec3::from_slice(&step[self.root..]);
+    pub(super) fn step(&self, pose: &mut Pose, world: &World, step: &[DVec3]) {
+        pose.root += step[self.root / 3];
         for (joint, local) in pose.local.iter_mut().enumerate() {
             let Some(unknown) = self.unknown[joint] else { continue };
-            let turn = DVec3::from_slice(&step[unknown..unknown + 3]);
+            let turn = step[unknown / 3];
             let parent = self.joints[joint]
                 .parent
                 .map_or(DQuat::IDENTITY, |parent| world.rotations[parent]);

@@ -8,6 +8,7 @@ mod lower_body;
 mod noise;
 mod planted;
 mod sets;
+mod tree;
 
 use std::sync::OnceLock;
 
