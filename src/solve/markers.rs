@@ -184,6 +184,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let tracked = track::track(&model, &take.tracks, (start.0, &start.1), rate);
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
+    report::say_gaps(scene, &set, &tracked);
     if functional.is_some() {
         report::say_functional(scene);
     }

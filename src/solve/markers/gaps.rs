@@ -107,8 +107,8 @@ impl Gaps {
     }
 }
 
-/// The runs of loose frames, each as first and last frame.
-fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
+/// The intervals of loose frames, as first and last frame.
+pub(super) fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for frame in (0..loose.len()).filter(|frame| loose[*frame]) {
         match runs.last_mut() {

@@ -15,7 +15,7 @@ use crate::set::JointSet;
 /// The mean distance of a marker from its body, in metres, above which the marker gets a warning.
 const LOOSE: f64 = 0.03;
 
-/// The largest number of swaps that are listed individually.
+/// The largest number of swaps, and of filled gaps, that are listed individually.
 const NAMED: usize = 20;
 
 /// The standard deviation in metres below which a joint is not mentioned.
@@ -269,6 +269,30 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
         choice: lengths.join(", "),
         reason,
         confidence: None,
+    });
+}
+
+/// Reports the frames in which markers do not determine a joint. Outputs keep this note.
+pub(super) fn say_gaps(scene: &mut Scene, set: &JointSet, tracked: &TrackingOutcome) {
+    let loose = std::iter::zip(&set.joints, &tracked.loose)
+        .flat_map(|(joint, intervals)| intervals.iter().map(|interval| (joint.name.as_str(), *interval)));
+    let mut places: Vec<String> = loose
+        .map(|(name, (first, last))| format!("{name} {first} to {last}"))
+        .collect();
+    if places.is_empty() {
+        return;
+    }
+    let count = places.len();
+    if count > NAMED {
+        places.truncate(NAMED);
+        places.push(format!("and {} more", count - NAMED));
+    }
+    scene.metadata.assumptions.push(Assumption {
+        topic: Topic::Markers,
+        choice: format!("rotations were filled in frames: {}", places.join(", ")),
+        reason: "too few markers are seen there; a curve through the frames before and after determines the joint"
+            .to_owned(),
+        confidence: Some(Confidence::Unsure),
     });
 }
 

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::calibrate::Frame;
 use super::fit::{Fit, Toward};
-use super::gaps::Gaps;
+use super::gaps::{Gaps, runs as intervals};
 use super::model::{Joint, Model, Pose, World};
 use super::take::Track;
 
@@ -27,6 +27,8 @@ pub(super) struct TrackingOutcome {
     pub(super) swaps: Vec<LabelSwap>,
     /// For each marker, the number of frames in which it is far from its body.
     pub(super) ghosts: Vec<usize>,
+    /// For each joint, the first and the last frame of each interval in which markers do not determine its rotation.
+    pub(super) loose: Vec<Vec<(usize, usize)>>,
 }
 
 /// Tracks the body from `start`, a frame with its pose, to both ends of the take. `rate` is in frames per second.
@@ -38,6 +40,7 @@ pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate
         distances: vec![vec![None; frames]; tracks.len()],
         swaps: Vec::new(),
         ghosts: vec![0; tracks.len()],
+        loose: Vec::new(),
     };
     let mut tracker = Tracker::new(model, tracks);
     let mut gaps = Gaps::new(model, start.1, frames);
@@ -55,6 +58,7 @@ pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate
             tracked.note(&tracker, frame, &pose);
         }
     }
+    tracked.loose = gaps.loose.iter().map(|loose| intervals(loose)).collect();
     let is_ghost = |distance: &&f64| **distance > model.weights.ghost;
     tracked.ghosts = (tracked.distances.iter())
         .map(|distances| distances.iter().flatten().filter(is_ghost).count())

@@ -28,6 +28,17 @@ fn an_arm_swings_on_while_its_markers_are_not_seen() {
         .filter(|warning| warning.code == mocap::Code::Gap)
         .count();
     assert_eq!(warned, 6, "{:?}", gap.warnings);
+    let filled = |scene: &mocap::Scene| {
+        let said = scene.metadata.assumptions.iter();
+        said.map(|said| said.choice.clone())
+            .find(|choice| choice.starts_with("rotations were filled"))
+    };
+    assert_eq!(filled(&whole), None);
+    assert!(
+        filled(&gap).is_some_and(|note| note.contains("leftUpperArm 40 to 47")),
+        "{:?}",
+        filled(&gap)
+    );
     for frame in GAP {
         let [own, other] = [&gap, &whole].map(|scene| {
             let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
