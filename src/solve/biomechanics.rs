@@ -7,9 +7,12 @@
 
 mod angles;
 mod beside;
+mod cycles;
 pub(crate) mod events;
 mod forces;
 pub(crate) mod gait;
+mod mean;
+pub(crate) mod plates;
 pub mod report;
 mod segments;
 pub(crate) mod series;

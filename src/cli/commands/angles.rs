@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use mocap::biomechanics::report::{MeanAndDeviation, OutputDifference, SideOfGait};
+use mocap::biomechanics::report::{AngleCycle, MeanAndDeviation, OutputDifference, SideOfGait};
 use mocap::biomechanics::{Gait, JointAngles};
 use mocap::figure::Side;
 use serde::Serialize;
@@ -123,6 +123,13 @@ impl fmt::Display for GaitReport<'_> {
         if gait.events_of_file {
             writeln!(f, "the events come from the file")?;
         }
+        if gait.events_of_plates > 0 {
+            writeln!(
+                f,
+                "the times of {} events come from force plates",
+                gait.events_of_plates
+            )?;
+        }
         if !gait.alternates {
             writeln!(f, "the feet do not alternate: this may not be a walk")?;
         }
@@ -137,12 +144,41 @@ impl fmt::Display for GaitReport<'_> {
                 writeln!(f, "{:22}{:>17}{:>17}", format!("{name}, {unit}"), cells[0], cells[1])?;
             }
         }
+        write_cycles(f, gait)?;
         writeln!(f)?;
         for (time, side, event) in events(gait) {
             writeln!(f, "{time:9.3} s  {side:5}  {event}")?;
         }
         beside(&self.beside_outputs).try_for_each(|line| writeln!(f, "{line}"))
     }
+}
+
+/// The angles that are printed over the average stride. `--json` has all.
+const CYCLES: [&str; 3] = ["hip_flexion", "knee_angle", "ankle_angle"];
+
+/// The per cent between two printed values of a cycle.
+const CYCLE_STEP: usize = 10;
+
+/// Prints the most used angles over the average stride.
+fn write_cycles(f: &mut fmt::Formatter<'_>, gait: &Gait) -> fmt::Result {
+    let is_printed = |cycle: &&AngleCycle| CYCLES.iter().any(|name| cycle.column.starts_with(name));
+    let cycles: Vec<&AngleCycle> = [&gait.left, &gait.right]
+        .into_iter()
+        .flat_map(|side| side.cycles.iter().filter(is_printed))
+        .collect();
+    if cycles.is_empty() {
+        return Ok(());
+    }
+    let steps = || (0..=100).step_by(CYCLE_STEP);
+    let head: String = steps().map(|per_cent| format!("{per_cent:5}%")).collect();
+    writeln!(f, "\n{:14}{head}", "mean, degrees")?;
+    for cycle in cycles {
+        let row: String = steps()
+            .map(|per_cent| format!("{:6.1}", cycle.mean[per_cent]))
+            .collect();
+        writeln!(f, "{:14}{row}", cycle.column)?;
+    }
+    Ok(())
 }
 
 /// Time, foot and event, sorted by time.

@@ -76,22 +76,25 @@ impl JointAngles {
     /// # Errors
     /// The errors of [`of`](Self::of).
     pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
-        let segments = Segments::of(scene, figure)?;
-        let mut columns = pelvis(&segments);
+        Ok(Self::of_segments(&Segments::of(scene, figure)?))
+    }
+
+    pub(super) fn of_segments(segments: &Segments) -> Self {
+        let mut columns = pelvis(segments);
         for joint in &Joint::OF_TRUNK {
-            columns.extend(angles(&segments, joint, None));
+            columns.extend(angles(segments, joint, None));
         }
         for side in [Side::Right, Side::Left] {
             for joint in &Joint::OF_SIDES {
-                columns.extend(angles(&segments, joint, Some(side)));
+                columns.extend(angles(segments, joint, Some(side)));
             }
         }
         let values = (0..segments.frames).flat_map(|frame| columns.iter().map(move |(_, values)| values[frame]));
-        Ok(Self {
+        Self {
             frame_rate: segments.frame_rate,
             values: values.collect(),
             columns: columns.into_iter().map(|(name, _)| name).collect(),
-        })
+        }
     }
 
     /// The number of frames.

@@ -3,10 +3,10 @@
 use glam::{DQuat, EulerRot};
 use mocap_figure::joint_angles::Rotations;
 use mocap_scene::scene::Scene;
-use mocap_scene::scene::report::AppliedStep;
 use serde::Serialize;
 
 use super::JointAngles;
+use super::events::keeps_times;
 
 /// Plug-in Gait's names of joint angles, without the letter of the side, and our columns for their x, y and z. An empty
 /// name means that no column of ours has the same definition.
@@ -56,10 +56,7 @@ impl JointAngles {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn beside_outputs(&self, scene: &Scene) -> Vec<OutputDifference> {
-        let keeps_frames =
-            |step: &AppliedStep| matches!(step, AppliedStep::ConvertUnits { .. } | AppliedStep::Retime { .. });
-        let recorded = scene.metadata.recorded.as_deref();
-        let outputs = recorded.filter(|_| scene.metadata.steps.iter().all(keeps_frames));
+        let outputs = scene.metadata.recorded.as_deref().filter(|_| keeps_times(scene));
         let mut found = Vec::new();
         for output in outputs.iter().flat_map(|recorded| &recorded.outputs) {
             let label = output.name.rsplit(':').next().unwrap_or_default();

@@ -15,12 +15,7 @@ impl FileEvents {
     /// the motion.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         let recorded = scene.metadata.recorded.as_deref()?;
-        let animation = scene.animations.first()?;
-        let keeps_times =
-            |step: &AppliedStep| matches!(step, AppliedStep::ConvertUnits { .. } | AppliedStep::Retime { .. });
-        if !scene.metadata.steps.iter().all(keeps_times) {
-            return None;
-        }
+        let animation = scene.animations.first().filter(|_| keeps_times(scene))?;
         let mut found = Self::default();
         let lasts = 0.0..=animation.duration / animation.ticks_per_second;
         for event in recorded.events.iter().filter(|event| lasts.contains(&event.time)) {
@@ -37,6 +32,12 @@ impl FileEvents {
         let [left, right] = &found.strikes;
         (left.len().max(right.len()) > 1 && !left.is_empty() && !right.is_empty()).then_some(found)
     }
+}
+
+/// Whether no processing step changed the times of the frames.
+pub(super) fn keeps_times(scene: &Scene) -> bool {
+    let keeps = |step: &AppliedStep| matches!(step, AppliedStep::ConvertUnits { .. } | AppliedStep::Retime { .. });
+    scene.metadata.steps.iter().all(keeps)
 }
 
 /// The foot of an event, and whether it strikes the ground or leaves it. Example: `Foot Strike` with the context

@@ -14,7 +14,7 @@ use super::series::recorded;
 const LEAST_FORCE: f64 = 10.0;
 
 /// The names of a plate's columns, as OpenSim's C3D script `osimC3D.m` writes them. `*` is the plate number.
-const COLUMNS: [(&str, &str); 9] = [
+pub(super) const COLUMNS: [(&str, &str); 9] = [
     ("ground_force_*_vx", "N"),
     ("ground_force_*_vy", "N"),
     ("ground_force_*_vz", "N"),

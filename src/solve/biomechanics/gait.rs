@@ -6,8 +6,9 @@
 //!
 //! The heel strikes some hundredths of a second after the foremost position: when the midpoint of ankle and ball
 //! descends fastest (O'Connor and others, 2007). In a run the toes leave the ground before their rearmost position.
-//! There the toe-off is the last moment in which they are slow (Ghoussayni and others, 2004). If the file states the
-//! events, as C3D files of laboratories do, those events are used instead.
+//! There the toe-off is the last moment in which they are slow (Ghoussayni and others, 2004). If a force plate is loaded
+//! or left near such an event, its time is used. If the file states the events, as C3D files of laboratories do, those
+//! events are used instead.
 //!
 //! Step lengths and widths are those of Huxham and others (2006). A stride goes from one heel strike of a foot to its
 //! next heel strike. The heel strike of the other foot divides the stride. The distance of that strike from the line of
@@ -15,12 +16,16 @@
 
 use glam::{DVec2, DVec3};
 use mocap_figure::Figure;
-use mocap_figure::joint_angles::Segment;
+use mocap_figure::joint_angles::{Segment, ending};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Scene, Side};
 use serde::Serialize;
 
+use super::JointAngles;
+use super::cycles::AngleCycle;
 use super::events::FileEvents;
+use super::mean::MeanAndDeviation;
+use super::plates::PlateLoads;
 use super::segments::Segments;
 
 /// The time over which the pelvis direction is averaged, in seconds: about one stride, in which the pelvis turns to
@@ -79,21 +84,6 @@ pub struct Stride {
     pub step_width: Option<f64>,
 }
 
-/// Mean and standard deviation of a measure, with the number of values.
-///
-/// [`Gait`] has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct MeanAndDeviation {
-    /// The mean.
-    pub mean: f64,
-    /// The standard deviation of the values (divisor `count - 1`); 0 for one value.
-    pub deviation: f64,
-    /// The number of values.
-    pub count: usize,
-}
-
 /// The events of one foot, and the measures of its strides.
 ///
 /// [`Gait`] has an example.
@@ -119,6 +109,8 @@ pub struct SideOfGait {
     pub stance: Option<MeanAndDeviation>,
     /// The mean speed over a stride, in metres per second.
     pub speed: Option<MeanAndDeviation>,
+    /// The angles of this side's joints, the pelvis and the trunk, over the average stride.
+    pub cycles: Vec<AngleCycle>,
 }
 
 /// The gait of a walk: events, strides, and the table of a gait laboratory.
@@ -145,6 +137,8 @@ pub struct Gait {
     pub alternates: bool,
     /// Whether the file states the events. If not, they were detected in the motion.
     pub events_of_file: bool,
+    /// The number of detected events whose times were taken from force plates.
+    pub events_of_plates: usize,
     /// Whether the motion is in place, as on a treadmill. Lengths and speeds are absent then.
     pub in_place: bool,
     /// The left foot.
@@ -171,10 +165,17 @@ impl Gait {
         let segments = Segments::of(scene, figure)?;
         let events = FileEvents::of(scene);
         let feet = [Side::Left, Side::Right].map(|side| Foot::of(&segments, side, events.as_ref()));
-        let [Some(left), Some(right)] = feet else {
+        let [Some(mut left), Some(mut right)] = feet else {
             let message = "the body lacks two feet, from which steps are detected";
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
         };
+        let mut events_of_plates = 0;
+        if events.is_none() {
+            let loads = PlateLoads::of(scene);
+            for foot in [&mut left, &mut right] {
+                events_of_plates += loads.replace(&mut foot.strikes, &mut foot.toe_offs);
+            }
+        }
         let mut strides: Vec<Stride> = left.strides(&right).chain(right.strides(&left)).collect();
         if strides.is_empty() {
             let message = "no foot makes a stride, from one heel strike to the next with the pelvis passing over the \
@@ -190,13 +191,15 @@ impl Gait {
                 (stride.length, stride.step_length) = (None, None);
             }
         }
-        let of_side = |foot: &Foot<'_>| SideOfGait::of(foot, strides.iter().filter(|stride| stride.side == foot.side));
+        let angles = JointAngles::of_segments(&segments);
+        let of_side = |foot: &Foot<'_>| SideOfGait::of(foot, &strides, &angles);
         let in_turn = strides.iter().filter(|stride| stride.other_strike.is_some()).count();
         let steps: Vec<f64> = strides.iter().filter_map(Stride::step_time).collect();
         Ok(Self {
             cadence: MeanAndDeviation::of(steps).map(|time| 60.0 / time.mean),
             alternates: 2 * in_turn > strides.len(),
             events_of_file: events.is_some(),
+            events_of_plates,
             in_place,
             left: of_side(&left),
             right: of_side(&right),
@@ -215,23 +218,12 @@ impl Stride {
     }
 }
 
-impl MeanAndDeviation {
-    fn of(values: Vec<f64>) -> Option<Self> {
-        let count = values.len();
-        let mean = values.iter().sum::<f64>() / count as f64;
-        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-        (count > 0).then(|| Self {
-            mean,
-            deviation: (squares / (count.max(2) - 1) as f64).sqrt(),
-            count,
-        })
-    }
-}
-
 impl SideOfGait {
-    fn of<'a>(foot: &Foot<'_>, strides: impl Iterator<Item = &'a Stride> + Clone) -> Self {
+    fn of(foot: &Foot<'_>, strides: &[Stride], angles: &JointAngles) -> Self {
+        let strides: Vec<&Stride> = strides.iter().filter(|stride| stride.side == foot.side).collect();
+        let strikes: Vec<[f64; 2]> = strides.iter().map(|stride| stride.strikes).collect();
         let of = |measure: &dyn Fn(&Stride) -> Option<f64>| {
-            MeanAndDeviation::of(strides.clone().filter_map(measure).collect())
+            MeanAndDeviation::of(strides.iter().filter_map(|stride| measure(stride)).collect())
         };
         Self {
             heel_strikes: foot.strikes.clone(),
@@ -243,6 +235,7 @@ impl SideOfGait {
             step_width: of(&|stride| stride.step_width),
             stance: of(&|stride| Some(100.0 * (stride.toe_off? - stride.strikes[0]) / stride.time())),
             speed: of(&|stride| Some(stride.length? / stride.time())),
+            cycles: AngleCycle::all(angles, &strikes, ending(Some(foot.side.opposite()))),
         }
     }
 }

@@ -1,4 +1,6 @@
 //! The data of a gait report, and of the comparison with the angles in the file.
 
 pub use super::beside::OutputDifference;
-pub use super::gait::{MeanAndDeviation, SideOfGait, Stride};
+pub use super::cycles::AngleCycle;
+pub use super::gait::{SideOfGait, Stride};
+pub use super::mean::MeanAndDeviation;

@@ -2,6 +2,7 @@
 
 mod events;
 mod gait;
+mod plates;
 mod series;
 
 use mocap::biomechanics::{Gait, JointAngles};

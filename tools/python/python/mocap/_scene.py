@@ -385,8 +385,9 @@ class Scene:
     def gait(self) -> Report:
         """The heel strikes and toe offs of a walk, its strides, and the means of a gait laboratory.
 
-        Keys: ``strides``, ``cadence`` in steps a minute, ``alternates``, ``events_of_file``, ``in_place``, and ``left`` and ``right`` with ``heel_strikes`` and
-        ``toe_offs`` in seconds, and with ``stride_length``, ``step_length``, ``step_width`` in metres, ``stride_time``,
+        Keys: ``strides``, ``cadence`` in steps a minute, ``alternates``, ``events_of_file``, ``events_of_plates``,
+        ``in_place``, and ``left`` and ``right`` with ``cycles``, which have the mean angles of each per cent of the
+        stride, with ``heel_strikes`` and ``toe_offs`` in seconds, and with ``stride_length``, ``step_length``, ``step_width`` in metres, ``stride_time``,
         ``step_time`` in seconds, ``stance`` in per cent, ``speed`` in metres per second: each of these has ``mean``,
         ``deviation`` and ``count``, or is ``None``.
 
