@@ -252,7 +252,8 @@ impl Clean {
             }
             CleanPart::Contacts => {
                 let is_changed = report.had_noise();
-                let feet = contacts::lock(work, animation, is_changed, report.after.skate)?;
+                let noise = [report.has_changed(CleanPart::Noise), is_changed];
+                let feet = contacts::lock(work, animation, noise, report.after.skate)?;
                 if report.has_changed(CleanPart::Floor) && !feet.is_empty() {
                     floor::bring_to_zero(work);
                 }
@@ -267,7 +268,7 @@ impl Clean {
                     .join(", ")
             }
         };
-        if !report.take(part, what, work, meetings) {
+        if !report.take(part, what, (&before, &*work), meetings) {
             *work = before;
         }
         Ok(())
@@ -298,11 +299,19 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
     let steady = work.clone();
     let mut what = remove_noise(work, every, work.weights.smoothing);
     for strength in TRIES[1..].iter().map(|times| times * steady.weights.smoothing) {
-        if what.is_nothing() || !report.is_worse(CleanPart::Noise, work) {
+        if what.is_nothing() || !report.is_worse(CleanPart::Noise, (&steady, &*work)) {
             break;
         }
         *work = steady.clone();
         what = remove_noise(work, every, strength);
+    }
+    // The fastest moments of a body that hardly moves are noise: without it they are slower.
+    if !what.is_nothing() && report.is_worse(CleanPart::Noise, (&steady, &*work)) {
+        *work = steady.clone();
+        what = remove_noise(work, every, steady.weights.smoothing);
+        if measures::is_noise(work, &steady.frames) {
+            report.measure_steadied(work);
+        }
     }
     noise::SmoothingOutcome { depth, ..what }.to_string()
 }

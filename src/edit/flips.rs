@@ -137,7 +137,17 @@ pub(super) fn count(track: &[Quat]) -> usize {
     jumps(track).len()
 }
 
-/// The frames to which a track jumps. Each is the first frame after a jump.
+/// The number of jumps of a track at which the track `before` has no step that is nearly as large. A jump that was a
+/// little below [`LEAST`] is not new.
+pub(super) fn count_new(track: &[Quat], before: &[Quat]) -> usize {
+    /// The fraction of a step that is nearly as large.
+    const NEARLY: f32 = 0.8;
+    let step = |track: &[Quat], to: usize| angle(track[to - 1], track[to]);
+    let is_new = |to: &usize| to >= &before.len() || step(before, *to) < NEARLY * step(track, *to);
+    jumps(track).iter().filter(|to| is_new(to)).count()
+}
+
+/// The frames to which a track jumps.
 fn jumps(track: &[Quat]) -> Vec<usize> {
     let least = LEAST.to_radians();
     // The cosine of half of the angle is a faster test, and most tracks have no jump.

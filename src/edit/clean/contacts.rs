@@ -3,26 +3,44 @@
 use glam::Vec3;
 use mocap_figure::contacts::ContactRule;
 use mocap_scene::error::Result;
-use mocap_scene::math::velocity::velocities;
 
 use crate::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
 use crate::floor;
 use crate::frames::Frames;
-use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
+use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// Locks the feet if they slide or if the motion was changed before. Returns a text about the changes, which is empty
-/// if nothing changed.
-pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skate: Option<f64>) -> Result<String> {
+/// The largest ratios of the speed and of the acceleration of a foot to those without the lock. Noise moved the foot,
+/// so these tell little of it. With the ratios of `foot-lock`, feet of noisy walks keep a slide of 5 to 20 cm/s.
+const SPEED_RATIO: f64 = 2.0;
+const ACCELERATION_RATIO: f64 = 3.0;
+
+/// The time in seconds over which the speed of a foot in contact is also taken. Noise that lasts for a tenth of a
+/// second moves a foot less over it than from frame to frame. A footstep of a walk lasts three times as long.
+const SPEED_OVER: f64 = 0.2;
+
+/// Locks the feet, where they slide or the motion was changed before, and says what it did: an empty text if nothing.
+/// `is_noisy` says whether any noise was taken out, and `is_changed` whether it was much.
+pub(super) fn lock(
+    work: &mut Work<'_>,
+    animation: usize,
+    [is_noisy, is_changed]: [bool; 2],
+    skate: Option<f64>,
+) -> Result<String> {
     if !is_changed && skate.is_none_or(|skate| skate < work.weights.least_skate) {
         return Ok(String::new());
     }
     let mut options = FootLockOptions::default().humanoid(work.figure.humanoid.clone());
-    if is_changed {
+    if is_noisy {
         let (known, levels) = whole(work);
-        options = options.known(known);
-        options.levels = levels;
+        let ratios = FootLockWeights::new().speed_ratio(SPEED_RATIO);
+        options = options
+            .known(known)
+            .weights(ratios.acceleration_ratio(ACCELERATION_RATIO));
+        if is_changed {
+            options.levels = levels;
+        }
     }
     let mut scene = work.scene.clone();
     work.frames.write_all(&mut scene, animation);
@@ -64,10 +82,14 @@ fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<boo
         speed: work.weights.contact_speed,
         ..ContactRule::default()
     };
-    let flat: Vec<f32> = point.positions.iter().flat_map(Vec3::to_array).collect();
-    let velocities = velocities(&flat, 3, work.frames.rate);
-    let speed = |velocity: &[f32]| f64::from(Vec3::from_slice(velocity).length() * work.metres);
-    let speeds = velocities.chunks_exact(3).map(speed);
+    let (positions, rate) = (&point.positions, work.frames.rate);
+    let speed = |half: usize, frame: usize| {
+        let (from, to) = (frame.saturating_sub(half), (frame + half).min(positions.len() - 1));
+        let moved = f64::from(positions[to].distance(positions[from]) * work.metres);
+        moved * rate / (to - from).max(1) as f64
+    };
+    let half = work.frames.frames_in(0.5 * SPEED_OVER);
+    let speeds = (0..positions.len()).map(|frame| speed(1, frame).min(speed(half, frame)));
     rule.at_rest(above.iter().copied().zip(speeds), work.frames.rate)
 }
 

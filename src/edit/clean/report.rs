@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Flips;
 use super::hands::Meetings;
-use super::measures::CleanMeasures;
+use super::measures::{self, CleanMeasures};
 use super::noise::SmoothingOutcome;
 use super::time::TimeRepair;
 use crate::floor::FloorOutcome;
@@ -163,19 +163,25 @@ impl CleanReport {
         self.has_changed(CleanPart::Noise) && self.after.jitter < NOISY * self.before.jitter
     }
 
-    /// Whether [`Self::take`] would find that a part made a measure worse.
-    pub(super) fn is_worse(&self, part: CleanPart, work: &Work<'_>) -> bool {
-        self.worse(&CleanMeasures::new(work), part).is_some()
+    /// Whether [`Self::take`] would say that a part made a measure worse.
+    pub(super) fn is_worse(&self, part: CleanPart, (before, work): (&Work<'_>, &Work<'_>)) -> bool {
+        self.worse(&CleanMeasures::new(work), part, (before, work)).is_some()
     }
 
-    /// Records what a part did, as text; an empty text if it did nothing. Returns `false` if it made a measure worse.
-    pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>, meetings: &Meetings) -> bool {
+    /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
+    pub(super) fn take(
+        &mut self,
+        part: CleanPart,
+        about: String,
+        (before, work): (&Work<'_>, &Work<'_>),
+        meetings: &Meetings,
+    ) -> bool {
         if about.is_empty() {
             self.add(part, CleanOutcome::Nothing, self.why_nothing(part, work));
             return true;
         }
         let after = CleanMeasures::new(work);
-        if let Some(worse) = self.worse(&after, part) {
+        if let Some(worse) = self.worse(&after, part, (before, work)) {
             self.add(part, CleanOutcome::TakenBack, format!("{about}, but {worse}"));
             return false;
         }
@@ -207,8 +213,13 @@ impl CleanReport {
         }
     }
 
-    /// A text about the measure that a part made worse.
-    fn worse(&self, after: &CleanMeasures, part: CleanPart) -> Option<String> {
+    /// What a part made worse, in words.
+    fn worse(
+        &self,
+        after: &CleanMeasures,
+        part: CleanPart,
+        (unchanged, changed): (&Work<'_>, &Work<'_>),
+    ) -> Option<String> {
         let (came, before) = (&self.before, &self.after);
         let more = |before: f64, after: f64, by: f64, least: f64| after > (1.0 + by) * before + least;
         let optional = |before: Option<f64>, after: Option<f64>, least: f64| {
@@ -220,7 +231,7 @@ impl CleanReport {
             return Some("frames would repeat".to_owned());
         }
         // Noise hides jumps.
-        if part != CleanPart::Noise && after.jumps > before.jumps {
+        if part != CleanPart::Noise && after.jumps > before.jumps && measures::has_new_jump(unchanged, changed) {
             return Some("rotations would jump".to_owned());
         }
         // If slow motion was corrected to its true rate, the jitter grows with the cube of the rate.

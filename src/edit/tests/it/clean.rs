@@ -326,8 +326,57 @@ fn feet_that_stand_slide_no_more_than_before_they_were_spoiled() {
     );
 }
 
-/// The mean deviation of the ankles from their mean height, in units of the scene, in frames in which they are slow in
-/// the truth.
+/// The fastest moments of a body that stands still are noise, and its peak speed is no reason to keep it.
+#[test]
+fn a_body_that_stands_still_loses_its_noise() {
+    let mut truth = walk();
+    with_keys(
+        &mut truth,
+        |rotations| {
+            rotations
+                .first()
+                .copied()
+                .into_iter()
+                .for_each(|first| rotations.fill(first))
+        },
+        |positions| {
+            positions
+                .first()
+                .copied()
+                .into_iter()
+                .for_each(|first| positions.fill(first))
+        },
+    );
+    let mut scene = truth.clone();
+    add_noise(&mut scene, 17);
+    let off = distance(&truth, &scene);
+    let report = only(CleanPart::Noise, &mut scene);
+    assert_eq!(outcome(&report, CleanPart::Noise), CleanOutcome::Changed, "{report}");
+    assert!(distance(&truth, &scene) < 0.6 * off, "{report}");
+}
+
+/// Noise that lasts for a tenth of a second resembles a motion, and stays in the body. The feet are held all the same.
+#[test]
+fn feet_under_lasting_noise_are_held() {
+    let truth = walk();
+    let mut scene = truth.clone();
+    let mut dice = Dice(19);
+    let kept = (-1.0 / (0.1 * truth.animations[0].ticks_per_second as f32)).exp();
+    for channel in &mut scene.animations[0].channels {
+        let mut noise = dice.normals();
+        for rotation in &mut channel.rotation_keys.values {
+            *rotation *= Quat::from_scaled_axis(noise * 1f32.to_radians());
+            noise = noise * kept + dice.normals() * (1.0 - kept * kept).sqrt();
+        }
+    }
+    let spoiled = slide(&scene, &truth);
+    let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
+    assert_eq!(outcome(&report, CleanPart::Contacts), CleanOutcome::Changed, "{report}");
+    let clean = slide(&scene, &truth);
+    assert!(clean < 0.1 * spoiled, "{clean} of {spoiled}: {report}");
+}
+
+/// How far the ankles are above or below their mean height where they are slow in the truth, in units of the scene.
 fn off_level(scene: &Scene, truth: &Scene) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
     for name in ["LeftFoot", "RightFoot"] {
