@@ -137,8 +137,8 @@ pub(super) fn count(track: &[Quat]) -> usize {
     jumps(track).len()
 }
 
-/// The number of jumps of a track at which the track `before` has no step that is nearly as large. A jump that was a
-/// little below [`LEAST`] is not new.
+/// The number of jumps of a track at which the track `before` has no step of nearly the same size. A step that was a
+/// little below [`LEAST`] before does not become a new jump.
 pub(super) fn count_new(track: &[Quat], before: &[Quat]) -> usize {
     /// The fraction of a step that is nearly as large.
     const NEARLY: f32 = 0.8;
@@ -147,7 +147,7 @@ pub(super) fn count_new(track: &[Quat], before: &[Quat]) -> usize {
     jumps(track).iter().filter(|to| is_new(to)).count()
 }
 
-/// The frames to which a track jumps.
+/// The frames to which a track jumps. Each is the first frame after a jump.
 fn jumps(track: &[Quat]) -> Vec<usize> {
     let least = LEAST.to_radians();
     // The cosine of half of the angle is a faster test, and most tracks have no jump.

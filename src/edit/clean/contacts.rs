@@ -11,17 +11,18 @@ use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The largest ratios of the speed and of the acceleration of a foot to those without the lock. Noise moved the foot,
-/// so these tell little of it. With the ratios of `foot-lock`, feet of noisy walks keep a slide of 5 to 20 cm/s.
+/// The largest ratios of the speed and of the acceleration of a locked foot to those of the foot without the lock. Noise
+/// moved the free foot, so its speed says little. With the smaller ratios of `foot-lock`, feet of noisy walks still
+/// slide at 5 to 20 cm/s.
 const SPEED_RATIO: f64 = 2.0;
 const ACCELERATION_RATIO: f64 = 3.0;
 
-/// The time in seconds over which the speed of a foot in contact is also taken. Noise that lasts for a tenth of a
-/// second moves a foot less over it than from frame to frame. A footstep of a walk lasts three times as long.
+/// The speed of a foot in contact is also measured over this time, in seconds. Over this time, noise that lasts for a
+/// tenth of a second moves a foot more slowly than from frame to frame. A footstep of a walk lasts three times as long.
 const SPEED_OVER: f64 = 0.2;
 
-/// Locks the feet, where they slide or the motion was changed before, and says what it did: an empty text if nothing.
-/// `is_noisy` says whether any noise was taken out, and `is_changed` whether it was much.
+/// Locks the feet if they slide or if the motion was changed before. Returns a text about the changes, which is empty
+/// if nothing changed. `is_noisy` tells whether any noise was removed, and `is_changed` whether much was removed.
 pub(super) fn lock(
     work: &mut Work<'_>,
     animation: usize,

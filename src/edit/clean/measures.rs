@@ -87,8 +87,8 @@ impl CleanMeasures {
     }
 }
 
-/// Whether what was taken out of `before` is noise, also in its fastest hundredth. Of noise, one step in 10,000 is
-/// longer than three times the median. If peaks of a motion were cut, more are.
+/// Whether the movement that a part removed from `before` is noise in its fastest hundredth too. One step of noise in
+/// 10,000 is longer than three times the median step. If a part cut peaks of a motion, more steps are longer.
 pub(super) fn is_noise(work: &Work<'_>, before: &Frames) -> bool {
     const LONG: f32 = 3.0;
     let nodes = work.frames.nodes();
@@ -112,14 +112,14 @@ pub(super) fn is_noise(work: &Work<'_>, before: &Frames) -> bool {
     PEAK * long < all
 }
 
-/// Whether a rotation jumps where it hardly turned before, or at other times.
+/// Whether a rotation jumps at a frame where it hardly rotated before the part, or the part changed the frames.
 pub(super) fn has_new_jump(before: &Work<'_>, after: &Work<'_>) -> bool {
     let track = |work: &Work<'_>, column: usize| -> Vec<_> { work.frames.rotations(column).collect() };
     let is_new = |column: usize| flips::count_new(&track(after, column), &track(before, column)) > 0;
     before.frames.len() != after.frames.len() || (0..after.frames.nodes().len()).any(is_new)
 }
 
-/// The mean jerk, and the speed of the fastest hundredth.
+/// The mean jerk in m/s^3, and the peak speed in m/s.
 pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
     let rate = frames.rate;
     let nodes = work.scene.nodes.iter().enumerate();

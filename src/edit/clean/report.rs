@@ -163,12 +163,12 @@ impl CleanReport {
         self.has_changed(CleanPart::Noise) && self.after.jitter < NOISY * self.before.jitter
     }
 
-    /// Whether [`Self::take`] would say that a part made a measure worse.
+    /// Whether [`Self::take`] would find that a part made a measure worse.
     pub(super) fn is_worse(&self, part: CleanPart, (before, work): (&Work<'_>, &Work<'_>)) -> bool {
         self.worse(&CleanMeasures::new(work), part, (before, work)).is_some()
     }
 
-    /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
+    /// Records what a part did, as text; an empty text if it did nothing. Returns `false` if it made a measure worse.
     pub(super) fn take(
         &mut self,
         part: CleanPart,
@@ -213,7 +213,7 @@ impl CleanReport {
         }
     }
 
-    /// What a part made worse, in words.
+    /// A text about the measure that a part made worse.
     fn worse(
         &self,
         after: &CleanMeasures,

@@ -107,7 +107,7 @@ impl Gaps {
     }
 }
 
-/// The intervals of loose frames, as first and last frame.
+/// The runs of loose frames, each as first and last frame.
 pub(super) fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for frame in (0..loose.len()).filter(|frame| loose[*frame]) {
