@@ -217,11 +217,14 @@ impl<'a> Packer<'a> {
             record.error = scene.as_ref().err().map(ToString::to_string);
             return Some(Rows::Clip(table::inventory(&[(clip, &scene)])));
         }
-        let attribution = scene.as_ref().map(|scene| scene.metadata.attribution.clone());
+        let attribution = scene
+            .as_ref()
+            .map(|scene| scene.metadata.attribution.clone())
+            .unwrap_or_default();
         let motion = scene.and_then(|scene: Scene| self.arrays(&scene));
         let motion = motion.map_err(|error| error.to_string());
         record.error = motion.as_ref().err().cloned();
-        let about = |motion| DatasetClip::new(clip, motion).attributed(&attribution.unwrap_or_default());
+        let about = |motion| DatasetClip::new(clip, motion).attributed(&attribution);
         *summary = motion.as_ref().ok().map(about);
         if let TableArg::Long = self.table {
             return motion.ok().map(|motion| Rows::Long(clip.to_owned(), Box::new(motion)));

@@ -337,14 +337,14 @@ fn a_body_that_stands_still_loses_its_noise() {
                 .first()
                 .copied()
                 .into_iter()
-                .for_each(|first| rotations.fill(first))
+                .for_each(|first| rotations.fill(first));
         },
         |positions| {
             positions
                 .first()
                 .copied()
                 .into_iter()
-                .for_each(|first| positions.fill(first))
+                .for_each(|first| positions.fill(first));
         },
     );
     let mut scene = truth.clone();
