@@ -25,8 +25,8 @@ use crate::ticks::{Ticks, ticks};
 /// The distance between two joints at the same place, as a fraction of the height of the skeleton.
 const SAME_PLACE: f32 = 2e-4;
 
-/// A joint without a fitting parent follows a joint far down a limb with which it shares vertices. At most this fraction
-/// of the shared vertices may belong to joints near the top of that limb.
+/// A joint without a fitting parent follows a joint far down a limb with which it shares vertices. At most this
+/// fraction of the shared vertices may belong to joints near the top of that limb.
 const NEAR_PARENT: f32 = 0.05;
 
 /// The smallest distance from a joint to its parent at which the skin may show that it follows another joint, as a

@@ -11,10 +11,11 @@ use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The largest ratios of the speed and of the acceleration of a locked foot to those of the foot without the lock. Noise
-/// moved the free foot, so its speed says little. With the smaller ratios of `foot-lock`, feet of noisy walks still
-/// slide at 5 to 20 cm/s.
+/// The largest ratio of the speed of a locked foot to that of the foot without the lock. Noise moved the free foot, so
+/// its speed says little. With the smaller ratio of `foot-lock`, feet of noisy walks still slide at 5 to 20 cm/s.
 const SPEED_RATIO: f64 = 2.0;
+
+/// The same ratio of the acceleration, which noise raises more than the speed.
 const ACCELERATION_RATIO: f64 = 3.0;
 
 /// The speed of a foot in contact is also measured over this time, in seconds. Over this time, noise that lasts for a

@@ -90,6 +90,7 @@ impl CleanMeasures {
 /// Whether the movement that a part removed from `before` is noise in its fastest hundredth too. One step of noise in
 /// 10,000 is longer than three times the median step. If a part cut peaks of a motion, more steps are longer.
 pub(super) fn is_noise(work: &Work<'_>, before: &Frames) -> bool {
+    // A long step is this multiple of the median step, which steps of noise hardly reach.
     const LONG: f32 = 3.0;
     let nodes = work.frames.nodes();
     let over = work.frames.frames_in(SPEED_OVER);

@@ -43,54 +43,6 @@ pub fn factor(matrix: &mut [f64], size: usize) {
     }
 }
 
-/// Like [`factor`], for a matrix whose row `r` is 0 before column `first[r]`, such as the matrix of a tree whose
-/// children precede their parents. The factor is 0 in the same places (A. George, J. Liu, Computer Solution of Large
-/// Sparse Positive Definite Systems, 1981, on envelopes).
-pub fn factor_envelope(matrix: &mut [f64], first: &[usize]) {
-    let size = first.len();
-    for row in 0..size {
-        let (above, here) = matrix.split_at_mut(row * size);
-        for column in first[row]..=row {
-            let from = first[row].max(first[column]);
-            if column < row {
-                let other = &above[column * size..(column + 1) * size];
-                let sum = here[column] - dot(&here[from..column], &other[from..column]);
-                here[column] = sum / other[column];
-            } else {
-                let sum = here[row] - dot(&here[from..row], &here[from..row]);
-                here[row] = sum.max(1e-18).sqrt();
-            }
-        }
-    }
-}
-
-/// Like [`solve`], for a matrix that [`factor_envelope`] factors.
-pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
-    factor_envelope(matrix, first);
-    forward_envelope(matrix, right, first, 0);
-    let size = first.len();
-    for row in (0..size).rev() {
-        let own = &matrix[row * size..(row + 1) * size];
-        right[row] /= own[row];
-        let value = right[row];
-        for column in first[row]..row {
-            right[column] -= own[column] * value;
-        }
-    }
-}
-
-/// Like [`forward`], for a factor from [`factor_envelope`] and a right side that is 0 before `from`. The solution is 0
-/// there too.
-pub fn forward_envelope(matrix: &[f64], right: &mut [f64], first: &[usize], from: usize) {
-    let size = first.len();
-    for row in from..size {
-        let own = &matrix[row * size..(row + 1) * size];
-        let begin = first[row].max(from);
-        let known = dot(&own[begin..row], &right[begin..row]);
-        right[row] = (right[row] - known) / own[row];
-    }
-}
-
 /// Solves L y = right, and leaves y in `right`.
 pub fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
     for row in 0..size {

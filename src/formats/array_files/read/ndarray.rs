@@ -87,9 +87,9 @@ impl Deref for Bytes<'_> {
 /// The number of elements that an array may always have, whatever its size in bytes.
 const MOST_EXPANDED: usize = 1 << 18;
 
-/// The number of elements allowed for each stored byte of an array, because an expanded PyTorch tensor has few bytes and
-/// many elements. A decoded element takes 8 bytes. So the memory is at most 32 times the stored bytes, plus the memory
-/// of `MOST_EXPANDED` elements.
+/// The number of elements allowed for each stored byte of an array, because an expanded PyTorch tensor has few bytes
+/// and many elements. A decoded element takes 8 bytes. So the memory is at most 32 times the stored bytes, plus the
+/// memory of `MOST_EXPANDED` elements.
 const EXPANDED_PER_BYTE: usize = 4;
 
 /// An array. Its elements are `strides` apart.

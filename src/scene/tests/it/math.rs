@@ -1,6 +1,5 @@
 //! Mathematics, against other formulas.
 
-mod cholesky;
 mod cube_root;
 mod half;
 mod hull;
