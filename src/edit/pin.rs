@@ -273,7 +273,9 @@ impl fmt::Display for PinReport {
             );
         }
         if self.contacts.is_empty() {
-            return f.write_str("nothing: the limb is never near and slow; give the part, range=1..2, or a larger distance");
+            return f.write_str(
+                "nothing: the limb is never near and slow; give the part, range=1..2, or a larger distance",
+            );
         }
         let of = |[first, last]: &[usize; 2]| format!("{first} to {last}");
         let contacts: Vec<String> = self.contacts.iter().take(8).map(of).collect();

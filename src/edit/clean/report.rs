@@ -344,8 +344,7 @@ impl fmt::Display for FloorOutcome {
         let parts = [
             self.depth
                 .map(|depth| format!("wavering of the depth by {} removed", centimetres(depth))),
-            self.slope
-                .map(|slope| format!("slope of {} removed", degrees(slope))),
+            self.slope.map(|slope| format!("slope of {} removed", degrees(slope))),
             self.drift
                 .map(|drift| format!("drift of {} removed", centimetres(drift))),
             self.height
