@@ -198,7 +198,7 @@ fn a_motion_without_a_model_is_read_onto_generic_proportions() {
         .assumptions
         .iter()
         .find(|said| said.choice == "generic proportions");
-    assert!(said.is_some_and(|said| said.reason.contains("踊り子") && said.reason.contains("as its skeleton")));
+    assert!(said.is_some_and(|said| said.reason.contains("踊り子") && said.reason.contains("as the skeleton")));
     Conversion::new().apply(&mut scene).unwrap();
     let rest = Pose::rest(&scene);
     let height = |name: &str| rest.node_to_world[node(&scene, name)].w_axis.y;
