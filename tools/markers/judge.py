@@ -89,7 +89,7 @@ def main():
             mean = (places[side + ours] - truth[side[0] + theirs]).mean(0) * 1000
             print(f"{side + ours:32} {np.median(off) * 1000:8.1f} mm in the median, {mean.round()} in the mean")
     hold("joint centres, median", np.median(np.concatenate(errors)) * 1000, CENTRES * 1000, "mm", is_held=False)
-    hold("markers, RMS, as mocap says", float(said.split("markers: ")[1].split(" mm")[0]), MARKERS, "mm")
+    hold("markers, RMS, as mocap says", float(said.split("residual ")[1].split(" mm")[0]), MARKERS, "mm")
     for name, ours, theirs in (
         ("Knee", ("UpperLeg", "LowerLeg", "Foot"), ("hipjoint", "femur", "tibia")),
         ("Elbow", ("UpperArm", "LowerArm", "Hand"), ("clavicle", "humerus", "wrist")),
