@@ -164,7 +164,7 @@ def main():
             and any(label in line + " ".join(lines[place : place + 3]) for label in pair)
             and (words := line.split("frames ")[1].split())
             and int(words[0]) <= last
-            and int(words[2].rstrip(":")) >= first
+            and int(words[2].rstrip(":;")) >= first
         ]
         named += bool(hit)
     false = said.count("swapped-markers")
