@@ -146,7 +146,7 @@ pub(super) fn parse_unit(text: &str) -> Result<UnitChoice, String> {
     }
     match text.parse() {
         Ok(metres) if f64::is_finite(metres) && metres > 0.0 => Ok(UnitChoice::Metres(metres)),
-        _ => Err("expected m, dm, cm, mm, inch, cmu or a number above 0".to_owned()),
+        _ => Err("expected a unit: m, dm, cm, mm, inch, cmu or a number above 0".to_owned()),
     }
 }
 

@@ -490,7 +490,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "convert",
             json!({"unit": "mile"}),
-            "unit of convert: \"mile\": expected m, dm, cm, mm, inch, cmu or a number above 0, or auto",
+            "unit of convert: \"mile\": expected a unit: m, dm, cm, mm, inch, cmu or a number above 0, or auto",
         ),
         (
             "convert",
