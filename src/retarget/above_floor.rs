@@ -16,9 +16,9 @@ use mocap_figure::ticks::{Ticks, ticks};
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, Keys, NodeId};
+use mocap_scene::scene::{Animation, NodeId};
 
-use super::hands::{Arm, channel};
+use super::hands::{Arm, NewRotations, channel};
 use super::measure::Moving;
 use super::root::Root;
 use super::skin::{Vertex, vertices};
@@ -172,7 +172,7 @@ pub(super) fn raise_ends(
     surface: &Surface,
     allowed: &[f32],
     may_raise: impl Fn(&Arm) -> bool,
-) -> Vec<(NodeId, Keys<Quat>)> {
+) -> NewRotations {
     let ticks = ticks(target.animation);
     let mut raised = Vec::new();
     for (index, limb) in surface.limbs.iter().enumerate().filter(|(_, limb)| may_raise(limb)) {

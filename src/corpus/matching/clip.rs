@@ -131,50 +131,45 @@ impl IndexedClip {
         let mut animation = 0;
         let mut failed = None;
         let figure = Figure::new(scene);
-        examine_each(
-            &mut scene.clone(),
-            &figure,
-            file,
-            &Thresholds::default(),
-            |row, motion| {
-                animation += 1;
-                let Some(motion) = motion else { return };
-                let Some(body) = &motion.body else { return };
-                let Some(track) = Track::new(&motion, body) else { return };
-                let features: Vec<_> = (0..track.frames())
-                    .map(|frame| track.features(frame, LEG / body.leg))
-                    .collect();
-                let begin = motion.first as f64 / motion.rate;
-                let are_plausible = features.iter().flatten().all(|value| is_plausible(*value));
-                if !(are_plausible && has_leg_and_begin(body.leg, begin)) {
+        let mut examined = scene.clone();
+        examine_each(&mut examined, &figure, file, &Thresholds::default(), |row, motion| {
+            animation += 1;
+            let Some(motion) = motion else { return };
+            let Some(body) = &motion.body else { return };
+            let Some(track) = Track::new(&motion, body) else { return };
+            let features: Vec<_> = (0..track.frames())
+                .map(|frame| track.features(frame, LEG / body.leg))
+                .collect();
+            let begin = motion.first as f64 / motion.rate;
+            let are_plausible = features.iter().flatten().all(|value| is_plausible(*value));
+            if !(are_plausible && has_leg_and_begin(body.leg, begin)) {
+                return;
+            }
+            let packed = match pack(animation - 1) {
+                Ok(packed) => packed,
+                Err(error) => {
+                    failed = Some(error);
                     return;
                 }
-                let packed = match pack(animation - 1) {
-                    Ok(packed) => packed,
-                    Err(error) => {
-                        failed = Some(error);
-                        return;
-                    }
-                };
-                let seconds = track.frames().saturating_sub(1) as f64 / FEATURE_RATE;
-                let samples = (seconds * SAMPLE_RATE + 0.01).floor() as usize + 1;
-                let samples = Fingerprint::sampled(&motion, SAMPLE_RATE, motion.first as f64, samples);
-                let clip = IndexedClip {
-                    row,
-                    mirrored: false,
-                    leg: body.leg,
-                    begin,
-                    features: features.into_iter().map(|row| row.map(rounded)).collect(),
-                    contacts: track.contacts,
-                    samples: samples.values,
-                    packed,
-                };
-                if mirror {
-                    clips.push(clip.mirror());
-                }
-                clips.push(clip);
-            },
-        );
+            };
+            let seconds = track.frames().saturating_sub(1) as f64 / FEATURE_RATE;
+            let samples = (seconds * SAMPLE_RATE + 0.01).floor() as usize + 1;
+            let samples = Fingerprint::sampled(&motion, SAMPLE_RATE, motion.first as f64, samples);
+            let clip = IndexedClip {
+                row,
+                mirrored: false,
+                leg: body.leg,
+                begin,
+                features: features.into_iter().map(|row| row.map(rounded)).collect(),
+                contacts: track.contacts,
+                samples: samples.values,
+                packed,
+            };
+            if mirror {
+                clips.push(clip.mirror());
+            }
+            clips.push(clip);
+        });
         if let Some(error) = failed {
             return Err(error);
         }

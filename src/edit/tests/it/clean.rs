@@ -333,18 +333,14 @@ fn a_body_that_stands_still_loses_its_noise() {
     with_keys(
         &mut truth,
         |rotations| {
-            rotations
-                .first()
-                .copied()
-                .into_iter()
-                .for_each(|first| rotations.fill(first));
+            if let Some(&first) = rotations.first() {
+                rotations.fill(first);
+            }
         },
         |positions| {
-            positions
-                .first()
-                .copied()
-                .into_iter()
-                .for_each(|first| positions.fill(first));
+            if let Some(&first) = positions.first() {
+                positions.fill(first);
+            }
         },
     );
     let mut scene = truth.clone();
