@@ -16,7 +16,8 @@ use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 /// The distortion in bits of an error as large as the tolerance. It grows with the square of the error, because joints
 /// further down the chain have to compensate for the error. Tuned on the fixtures.
 const DISTORTION: f32 = 12.0;
-/// The same distortion in bits on a fine lattice. There, nearly all differences take 8 bits, whatever is chosen.
+/// [`DISTORTION`] for a fine lattice. On a fine lattice, nearly every difference takes 8 bits, whichever
+/// candidate is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
 
 /// The largest error of a candidate, as a fraction of the tolerance, squared. The remainder is for rounding.

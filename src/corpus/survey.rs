@@ -61,7 +61,8 @@ impl Thresholds {
         self.examine_read(scene.clone(), file)
     }
 
-    /// The same without a copy of the scene, whose keys may take most of the memory.
+    /// Examines a scene as [`examine`](Self::examine) does, but does not copy it. The keys of a long motion take most
+    /// of the memory.
     #[doc(hidden)]
     pub fn examine_read(&self, mut scene: Scene, file: &str) -> Vec<ClipRecord> {
         let (figure, count) = (Figure::new(&scene), scene.animations.len().max(1));

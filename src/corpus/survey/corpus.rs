@@ -168,8 +168,9 @@ impl Corpus {
         }
     }
 
-    /// The descriptors of all clips, in their order, which the map and the selection compare. Each number has mean 0
-    /// and standard deviation 1 over the corpus. A clip without motion has `None`.
+    /// The descriptors of all clips, in the order of the clips. The map and the selection compare these descriptors.
+    /// Over the corpus, each number of a descriptor has mean 0 and standard deviation 1. A clip without motion has
+    /// `None`.
     pub fn descriptors(&self) -> Vec<Option<Vec<f32>>> {
         descriptor::descriptors(self.clips.iter().map(|clip| &clip.fingerprint))
     }

@@ -120,7 +120,7 @@ impl MovingPart {
     }
 }
 
-/// The values of some frames, and those of the others where they were taken out of `keys`.
+/// Returns the keys of `frames`. If these keys were moved out of `keys`, also returns the values of all other frames.
 fn take<T: Copy>(
     keys: &mut Keys<T>,
     frames: &[usize],

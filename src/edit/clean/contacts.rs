@@ -11,8 +11,8 @@ use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The largest ratio of the speed of a locked foot to that of the foot without the lock. Noise moved the free foot, so
-/// its speed says little. With the smaller ratio of `foot-lock`, feet of noisy walks still slide at 5 to 20 cm/s.
+/// The largest speed of a locked foot, as a multiple of the speed of the same foot without the lock. The speed without
+/// the lock includes noise. With the smaller ratio of `foot-lock`, feet of noisy walks still slide at 5 to 20 cm/s.
 const SPEED_RATIO: f64 = 2.0;
 
 /// The same ratio of the acceleration, which noise raises more than the speed.

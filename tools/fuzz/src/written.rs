@@ -270,8 +270,8 @@ fn check_text(text: &[u8]) {
     );
 }
 
-/// Checks that the BVH read again has as many frames as the scene, and no warnings except about duplicate names, several
-/// roots and world positions.
+/// Checks the scene that is read from the written BVH. It has as many frames as the written scene. Its warnings are
+/// only about duplicate names, several roots and world positions.
 fn check_bvh(scene: &Scene, again: &Scene) {
     let said: Vec<_> = (again.warnings.iter())
         .filter(|warning| {

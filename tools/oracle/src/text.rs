@@ -1,8 +1,8 @@
 //! Compares the texts that Assimp and mocap print in the format of the course. Lines about the same part of the scene
 //! are compared.
 //!
-//! A line may differ if that part of the scenes differs for an accepted reason. Two reasons belong to the text alone: a minus sign
-//! before zero, and numbers that are equal as far as six digits can say.
+//! A line may differ if that part of the scenes differs for an accepted reason. The text alone has two more accepted
+//! differences: a minus sign before zero, and numbers that are equal to six digits.
 
 use std::collections::HashMap;
 use std::fmt;

@@ -9,9 +9,9 @@ use mocap::biomechanics::TimeSeries;
 use crate::at_root;
 use crate::program::Folder;
 
-/// The values that ezc3d reads at sample 40 of the file from `tools/markers/plates.py`. Rows are plates of type 2, 3
-/// and 4. Columns are the force in newtons, the centre of pressure in millimetres, and the free moment in newton
-/// millimetres. +Z is up.
+/// The values that ezc3d reads at sample 40 of the file from `tools/markers/plates.py`, with +Z up. There is a row for
+/// each of three plates, of type 2, 3 and 4. The first column has the force in N, the second the centre of pressure in
+/// mm, the third the free moment in N mm.
 const PLATES: [[[f64; 3]; 3]; 3] = [
     [
         [-57.85903, -33.69977, 779.14866],

@@ -1,5 +1,5 @@
-//! A command can be run again: the record knows its outputs, even in formats without a mark of the writer. Other files
-//! and changed outputs are kept.
+//! A second run of a command replaces the outputs of the first run, because the record lists them. This works for
+//! formats without a mark of the writer too. The second run never replaces other files, or outputs that were changed.
 
 use std::fs;
 use std::process::Output;

@@ -86,8 +86,8 @@ fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Find
         .into_iter()
         .filter_map(|[from, to]| Some(([from, to], median(&mut (from..=to).map(height).collect::<Vec<_>>())?)))
         .collect();
-    // The floor level is common to both feet and all contacts. `own` is the height of this foot above the level before
-    // and after the span.
+    // Both feet and all contacts share one floor level. `own` is the height of this foot above that level, in the
+    // contacts before and after the span.
     let own = |[from, to]: [usize; 2]| {
         let before = contacts.iter().rfind(|(at, _)| at[1] < from);
         let after = contacts.iter().find(|(at, _)| at[0] > to);

@@ -430,7 +430,7 @@ fn a_figure_does_what_a_gamepad_asks_for() {
     assert!(figure.pose().node_to_world.iter().all(Mat4::is_finite));
 }
 
-/// The walk has no frame in which the figure stands. In the jump, the man stands before and after.
+/// In the walk, the figure never stands still. In the jump, the man stands still before and after he jumps.
 #[test]
 fn a_figure_that_is_let_go_stops() {
     let (database, moves, hero) = matched_of(&[WALK, "mocopi_jump_six_channels.bvh"]);

@@ -10,8 +10,8 @@ const NEARLY_IDENTITY: f32 = 10e-3;
 /// From this cosine on, two directions are taken for parallel.
 const PARALLEL: f32 = 1.0 - 0.00001;
 
-/// If the cosine of the angle about y is at most this, the axes of x and z coincide: only the sum or difference of their
-/// angles is known, and x gets 0.
+/// The largest cosine of the angle about y at which the axes of x and z coincide. Then only the sum or the difference
+/// of their angles is known, and x gets 0.
 const GIMBAL_LOCK: f32 = f32::EPSILON;
 
 functions! {
