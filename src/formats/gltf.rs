@@ -31,7 +31,6 @@ mod meshopt;
 #[cfg(feature = "gltf")]
 mod original;
 #[cfg(feature = "gltf")]
-#[cfg(feature = "gltf")]
 mod raw_file;
 #[cfg(feature = "gltf")]
 mod read;

@@ -1,6 +1,7 @@
 //! Items for the tests of this package.
 
 pub use crate::dump::number::StreamNumber;
+pub use crate::ledger::states_unit;
 
 #[cfg(feature = "arrays")]
 pub mod arrays {

@@ -169,6 +169,12 @@ pub struct LedgerOptions {
     pub sidecar: bool,
 }
 
+/// Whether the files of a format state a unit of length, as the format's row says. A writer that asked the table of formats
+/// would link every reader.
+pub fn states_unit(format: Format) -> bool {
+    !matches!(format, Format::Bvh | Format::AsfAmc | Format::Bip)
+}
+
 impl FormatInfo {
     /// The treatment of a kind of data in the files of this format.
     #[doc(hidden)]
@@ -220,16 +226,12 @@ impl FormatInfo {
             }
             (Carriage::AtFrames, _) => clips().map(|clip| frames_lost(clip, self.ticks_per_frame(clip))).sum(),
             (Carriage::Lost, DataKind::Units) => {
-                let stated = scene
-                    .metadata
-                    .format
-                    .map(|format| FormatInfo::of(format).carriage(kind));
                 let is_guessed = scene
                     .metadata
                     .assumptions
                     .iter()
                     .any(|guess| guess.topic == Topic::Unit);
-                let is_stated = !is_guessed && stated.is_some_and(|carriage| carriage != Carriage::Lost);
+                let is_stated = !is_guessed && scene.metadata.format.is_some_and(states_unit);
                 usize::from(is_stated && !(self.has_sidecar && chosen.sidecar))
             }
             (Carriage::Kept, DataKind::PositionCurves) if chosen.rotations_only && self.has_sidecar => {

@@ -79,9 +79,9 @@ impl Provenance {
     }
 
     /// The provenance of `scene` in a file of a format, including the losses of that format.
-    pub(crate) fn in_file(scene: &Scene, format: Format) -> Self {
+    pub(crate) fn in_file(scene: &Scene, format: &FormatInfo) -> Self {
         Self {
-            losses: FormatInfo::of(format).losses(scene, LedgerOptions::default()),
+            losses: format.losses(scene, LedgerOptions::default()),
             ..Self::of(scene)
         }
     }
@@ -99,7 +99,7 @@ impl Provenance {
     /// it is.
     pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
         Self {
-            losses: FormatInfo::of(Format::Gltf).losses(scene, LedgerOptions::default()),
+            losses: const { &crate::gltf::FORMAT.without_functions() }.losses(scene, LedgerOptions::default()),
             ..Self::of_animation(scene, scene.animations.get(index))
         }
     }

@@ -46,7 +46,7 @@ use glam::DMat4;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
 use mocap_scene::report::counted;
-use mocap_scene::scene::{Format, Scene, UpAxis};
+use mocap_scene::scene::{Scene, UpAxis};
 use serde::Serialize;
 
 use self::document::{Document, Settings};
@@ -209,7 +209,7 @@ impl FbxOptions {
         let clips = clips.ends;
         let provenance = Provenance {
             up: Some(self.up).filter(|up| *up != UpAxis::Y),
-            ..Provenance::in_file(scene, Format::Fbx)
+            ..Provenance::in_file(scene, &crate::fbx::FORMAT)
         };
         let settings = Settings {
             version: self.version,

@@ -30,7 +30,7 @@ mod text;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::PROVENANCE;
 use mocap_scene::limits;
-use mocap_scene::scene::{Format, Scene, UpAxis};
+use mocap_scene::scene::{Scene, UpAxis};
 
 use self::blend_shapes::Shapes;
 use self::names::Names;
@@ -179,7 +179,8 @@ impl<'a> Stage<'a> {
                 return Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into());
             }
         };
-        let provenance = serde_json::to_string(&Provenance::in_file(self.scene, Format::Usd)).unwrap_or_default();
+        let provenance =
+            serde_json::to_string(&Provenance::in_file(self.scene, &crate::usd::FORMAT)).unwrap_or_default();
         let ends = self
             .scene
             .animations

@@ -13,9 +13,7 @@ use std::path::Path;
 
 use glam::{DMat3, DMat4, DVec3};
 use mocap_scene::pose::{Binding, Pose, Trs};
-use mocap_scene::scene::{
-    Animation, Channel, FbxOriginal, Format, Keys, Mesh, Node, NodeId, RotationOrder, Scene, UpAxis,
-};
+use mocap_scene::scene::{Animation, Channel, FbxOriginal, Keys, Mesh, Node, NodeId, RotationOrder, Scene, UpAxis};
 use ufbx::LoadOpts;
 
 use self::edits::{Edits, OF_ANIMATIONS};
@@ -103,7 +101,7 @@ pub(super) fn write(
     // Keep the rate of the file for the remaining clips, unless the new clips have a higher rate.
     let is_faster = plain.settings.frames_per_second >= rate.frames_per_second();
     let rate = (!(original.keeps_clips && is_faster)).then_some(rate);
-    let provenance = Provenance::in_file(scene, Format::Fbx);
+    let provenance = Provenance::in_file(scene, &crate::fbx::FORMAT);
     let edits = Edits {
         provenance: serde_json::to_string(&provenance).unwrap_or_default(),
         active: clips.ends.first().map(|(name, _)| name.clone()),

@@ -12,7 +12,7 @@ use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::scene::report::AppliedStep;
-use mocap_scene::scene::{self, AlphaMode, Face, Format, MorphCurves, NodeKind, Scene, Wrap};
+use mocap_scene::scene::{self, AlphaMode, Face, MorphCurves, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -24,6 +24,7 @@ use super::names::Names;
 use super::rest::{self, Rest};
 use super::text::Animation;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh, morphs};
+use crate::gltf;
 use crate::provenance::Provenance;
 
 mod skins;
@@ -89,8 +90,8 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
 impl Builder<'_> {
     fn asset(&mut self) {
         let format = match self.content {
-            Content::Scene => Format::Gltf,
-            Content::VrmAnimation => Format::Vrma,
+            Content::Scene => const { &gltf::FORMAT.without_functions() },
+            Content::VrmAnimation => const { &gltf::VRM_ANIMATION.without_functions() },
         };
         let provenance = Provenance::in_file(self.scene, format);
         let provenance = match self.options.compression {
