@@ -1,5 +1,5 @@
 //! Joins the modules of the player to one script, and compresses the script and the font. They are a twentieth of the
-//! program.
+//! program. A module for browsers has them uncompressed, because it is compressed as a whole, and the drop page clears them.
 
 use std::fs::{File, read_to_string};
 use std::io::{Result, Write};
@@ -13,9 +13,9 @@ fn main() -> Result<()> {
     println!("cargo:rerun-if-changed=view");
     let (mut script, mut joined) = (String::new(), Vec::new());
     join("page.js", &mut joined, &mut script)?;
-    write_packed("player.js.zlib", script.as_bytes())?;
-    write_packed("page.css.zlib", lean(&read_to_string("view/page.css")?).as_bytes())?;
-    write_packed("font.zlib", dejavu::sans::regular())
+    write_packed("player.js", script.as_bytes())?;
+    write_packed("page.css", lean(&read_to_string("view/page.css")?).as_bytes())?;
+    write_packed("font", dejavu::sans::regular())
 }
 
 /// Adds a module after the modules that it imports, each once, without import and export keywords.
@@ -43,10 +43,13 @@ fn lean(source: &str) -> String {
     kept.flat_map(|line| [line, "\n"]).collect()
 }
 
-/// Writes a file of the build in zlib format.
+/// Writes a file of the build, in zlib format except for browsers.
 fn write_packed(name: &str, bytes: &[u8]) -> Result<()> {
     let folder = std::env::var_os("OUT_DIR").expect("Cargo names the folder");
-    let file = File::create(Path::new(&folder).join(name))?;
+    let mut file = File::create(Path::new(&folder).join(name))?;
+    if std::env::var_os("CARGO_CFG_TARGET_ARCH").is_some_and(|arch| arch == "wasm32") {
+        return file.write_all(bytes);
+    }
     let mut packed = ZlibEncoder::new(file, Compression::best());
     packed.write_all(bytes)?;
     packed.finish()?;

@@ -13,7 +13,7 @@ import { fromBase128, toBase128 } from "./page/base128.js";
 import { savingChecks } from "./saving_checks.js";
 
 const PAGE = join(import.meta.dirname, "mocap.html");
-const LARGEST = 2.5e6;
+const LARGEST = 2.8e6;
 
 // With MOCAP_PICTURES=FOLDER there are screenshots to look at.
 

@@ -25,6 +25,6 @@ export function smallChecks(check, { all, sample, made, written, assertSame, par
     assert.throws(() => bvhToGlb("HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n"), { code: "invalid-number", line: 3, column: 12 });
     assert.throws(() => bvhToGlb(""), MocapError);
     const { size } = statSync(join(import.meta.dirname, "package/mocap_bvh.wasm"));
-    assert.ok(size < statSync(join(import.meta.dirname, "package/mocap.wasm")).size / 3, `${size} bytes`);
+    assert.ok(size < statSync(join(import.meta.dirname, "package/mocap.wasm")).size / 6, `${size} bytes`);
   });
 }
