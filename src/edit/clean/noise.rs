@@ -85,12 +85,16 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     nodes.map(level).collect()
 }
 
-/// The noise of the rotations of each column; `None` for a node that does not rotate.
+/// The noise of the rotations of each column; `None` for a node that rotates by less than the least noise. Files have
+/// twist helpers and fingers that move only by rounding, and these do not count as joints without noise.
 fn of_rotations(work: &Work<'_>, bank: &Bank) -> Vec<Option<Level>> {
+    let still = least(work.weights.least_angle, true).to_radians();
     let level = |column: usize| {
         let rotations = work.frames.rotations(column);
         let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
-        Some(Level::new(&curve::<Rotations>(&values, bank.every)?, work.frames.rate))
+        let curve = curve::<Rotations>(&values, bank.every)?;
+        let turns = curve.curve.iter().any(|turned| turned.length() > still);
+        turns.then(|| Level::new(&curve, work.frames.rate))
     };
     (0..work.frames.nodes().len()).map(level).collect()
 }

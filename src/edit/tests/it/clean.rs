@@ -372,6 +372,47 @@ fn feet_under_lasting_noise_are_held() {
     assert!(clean < 0.1 * spoiled, "{clean} of {spoiled}: {report}");
 }
 
+/// Twist helpers and fingers that move by rounding only do not hide the noise of the other joints.
+#[test]
+fn helpers_that_hardly_move_change_nothing() {
+    let mut scene = walk();
+    let mut dice = Dice(23);
+    let kept = (-1.0 / (0.04 * scene.animations[0].ticks_per_second as f32)).exp();
+    for channel in &mut scene.animations[0].channels {
+        let mut noise = dice.normals();
+        for rotation in &mut channel.rotation_keys.values {
+            *rotation *= Quat::from_scaled_axis(noise * 1f32.to_radians());
+            noise = noise * kept + dice.normals() * (1.0 - kept * kept).sqrt();
+        }
+    }
+    let mut helped = scene.clone();
+    let head = channel(&scene, "Head");
+    for index in 0..2 * scene.nodes.len() {
+        let mut node = scene.nodes[scene.nodes.len() - 1].clone();
+        node.name = format!("helper{index}");
+        node.parent = Some(NodeId::new(0));
+        let mut helper = scene.animations[0].channels[head].clone();
+        helper.node_name = node.name.clone();
+        helper.node = Some(NodeId::new(helped.nodes.len()));
+        for rotation in &mut helper.rotation_keys.values {
+            *rotation = Quat::from_scaled_axis(dice.normals() * 1e-6);
+        }
+        helped.nodes.push(node);
+        helped.animations[0].channels.push(helper);
+    }
+    let alone = only(CleanPart::Noise, &mut scene);
+    let report = only(CleanPart::Noise, &mut helped);
+    assert_eq!(outcome(&report, CleanPart::Noise), CleanOutcome::Changed, "{report}");
+    let about = |report: &CleanReport| report.parts.iter().map(|part| part.about.clone()).collect::<Vec<_>>();
+    assert_eq!(about(&alone), about(&report));
+    for (alone, helped) in scene.animations[0].channels.iter().zip(&helped.animations[0].channels) {
+        assert_eq!(alone.node_name, helped.node_name);
+        let pairs = alone.rotation_keys.values.iter().zip(&helped.rotation_keys.values);
+        let off = pairs.map(|(a, b)| a.angle_between(*b)).fold(0.0, f32::max);
+        assert!(off < 1e-3, "{}: {off}", alone.node_name);
+    }
+}
+
 /// How far the ankles are above or below their mean height where they are slow in the truth, in units of the scene.
 fn off_level(scene: &Scene, truth: &Scene) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
