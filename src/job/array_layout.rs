@@ -109,7 +109,7 @@ impl ArrayLayout {
                 };
                 written.notes.push(format!("layout: {}{rate}", layout.as_str()));
                 written.nodes = layout.joints();
-                written.notes.push(BodyLayout::NOTE.to_owned());
+                written.notes.extend(layout.note());
                 Ok(written)
             }
             own => {

@@ -95,7 +95,7 @@ fn body(args: &FkArgs, given: &ArgumentSources, layout: BodyLayout) -> Result<()
     let (bytes, frames) = written.map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &bytes)?;
     let layout_of = format!(" in the layout of {}", layout.as_str());
-    let notes = vec![BodyLayout::NOTE.to_owned()];
+    let notes = layout.note().into_iter().collect();
     tell(args, &layout_of, [frames, layout.joints(), 0], bytes.len(), notes)
 }
 

@@ -18,6 +18,7 @@ use mocap_scene::scene::joint_tables::{Joint, smpl, soma};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene, UpAxis};
 
 use super::npz;
+use super::skeletons::{Posed, own_mhr};
 
 /// A layout of arrays for the motion of a humanoid. [`BodyArrays`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,10 +80,12 @@ impl BodyLayout {
         }
     }
 
-    /// The data that every layout drops.
+    /// What users need to know about the numbers of a file.
     #[doc(hidden)]
-    pub const NOTE: &str =
-        "hands: finger rotations are relative to a flat hand; the shape of the body is the mean (betas 0)";
+    pub fn note(self) -> Option<String> {
+        let text = "hands: finger rotations are relative to a flat hand; the shape of the body is the mean (betas 0)";
+        matches!(self, Self::Amass | Self::Smplx).then(|| text.to_owned())
+    }
 }
 
 impl FromStr for BodyLayout {
@@ -127,6 +130,8 @@ pub struct BodyArrays {
     /// The rest positions of the joints in metres, in the axes of SMPL's template: 55 x 3.
     pub rest_joints: Vec<f64>,
     joints: Vec<Joint>,
+    /// The frames of a source that has the joints of MHR itself, with its helpers.
+    pub(super) own_mhr: Option<Vec<Posed>>,
 }
 
 /// The joints of SMPL-X, with hands, jaw and eyes.
@@ -177,6 +182,7 @@ impl BodyArrays {
                 .flat_map(|root_position| root_position.as_dvec3().to_array())
                 .collect(),
             joints,
+            own_mhr: own_mhr(scene),
         };
         for frame in 0..frames {
             let Some(pose) = Pose::at_tick(&body, 0, frame as f64) else {

@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use mocap::arrays::{BodyArrays, BodyLayout};
 use mocap::figure::Humanoid;
 use mocap::glam::{Vec3, Vec4};
 use mocap::scene::joint_tables::mhr;
@@ -83,6 +84,22 @@ fn a_take_keeps_its_lengths_and_is_levelled() {
     let last = Pose::at_tick(&scene, 0, 4.0).unwrap();
     let moved = last.position(NodeId::new(root)) - pose.position(NodeId::new(root));
     assert!((moved.length() - 0.8).abs() < NEAR, "{moved}");
+}
+
+/// `--to mhr` writes the joints of the estimator, twist helpers and face too, not only the bones of the body.
+#[test]
+fn a_body_of_the_rig_is_written_as_it_was_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, frames) in [(BODY, 1), (TAKE, 5)] {
+        let scene = Importer::new().retime(25.0).import(file).unwrap();
+        let written = folder.path().join("again.npz");
+        let bytes = BodyArrays::new(&scene).unwrap().write(BodyLayout::Mhr).unwrap();
+        fs::write(&written, bytes).unwrap();
+        let again = mocap::import(&written).unwrap();
+        assert_eq!(again.animations[0].frame_count(), frames);
+        let farthest = farthest(&again, 0.0);
+        assert!(farthest < NEAR, "{file}: {farthest}");
+    }
 }
 
 /// The up direction that the vertices below a foot show, relative to the axes of the root.
