@@ -149,7 +149,7 @@ const count = (number) => number.toLocaleString("en");
 const sum = (numbers) => numbers.reduce((total, number) => total + number, 0);
 
 function printSums() {
-  console.log("| bound, mm | writer | clips | bytes | raw to bytes | of ACL's bytes | clips larger than ACL | largest error of a joint, mm | of the shell, mm | clips over the bound |");
+  console.log("| bound, mm | writer | clips | bytes | raw to bytes | bytes relative to ACL | clips larger than ACL | largest error of a joint, mm | largest error of the shell, mm | clips over the bound |");
   console.log("|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|");
   for (const bound of [...BOUNDS, null]) {
     for (const writer of new Set(rows.filter((row) => row.bound === bound).map((row) => row.writer))) {
