@@ -54,7 +54,7 @@ fn main() -> AppExit {
         .insert_resource(files)
         .add_systems(Startup, begin)
         .add_systems(Update, (change, take_picture))
-        .add_observer(|started: On<MotionStarted>| println!("plays; limbs {:.1} degrees off", started.mean_degrees))
+        .add_observer(|started: On<MotionStarted>| println!("plays; mean error {:.1} degrees", started.mean_degrees))
         .add_observer(|_: On<MotionLooped>| println!("again"))
         .add_observer(|failed: On<MotionFailed>| eprintln!("{}", failed.reason))
         .run()

@@ -1,15 +1,15 @@
-//! Figures: from a scene to entities, and from entities to a scene.
+//! Converts the skeleton of a scene to entities, and entities to a scene.
 
 use bevy::prelude::*;
 use mocap::Trs;
 use mocap::scene::{Node, NodeId, Scene, UpAxis};
 
-/// Spawns the skeleton of a scene below `parent`, on which a [`MotionPlayer`](crate::MotionPlayer) may sit: an entity a
-/// node, with a [`Name`]. Returns them in the order of the scene's nodes.
+/// Spawns the skeleton of a scene below `parent`: one entity with a [`Name`] for each node. `parent` may have a
+/// [`MotionPlayer`](crate::MotionPlayer). Returns the entities in the order of the scene's nodes.
 pub fn spawn(commands: &mut Commands, scene: &Scene, parent: Entity) -> Vec<Entity> {
     let mut nodes: Vec<Entity> = Vec::with_capacity(scene.nodes.len());
     for node in &scene.nodes {
-        // Parents stand before their children.
+        // Parents precede their children.
         let parent = node.parent.map_or(parent, |parent| nodes[parent.index()]);
         let transform = to_bevy(Trs::from_matrix(node.transform));
         let entity = commands.spawn((Name::new(node.name.clone()), transform, ChildOf(parent)));
@@ -18,9 +18,9 @@ pub fn spawn(commands: &mut Commands, scene: &Scene, parent: Entity) -> Vec<Enti
     nodes
 }
 
-/// The entities below `root` as nodes, parents first, in the pose that they have. The root itself is the first node,
-/// without its own transform, which says where the figure stands in the world. `None` where there is nothing with a
-/// name.
+/// The entities below `root` as nodes in their current pose, parents first. The root is the first node, with the
+/// identity as its transform, because the transform of the root places the figure in the world. `None` if no entity has
+/// a name.
 pub(crate) fn figure_of(
     root: Entity,
     parts: &Query<(Option<&Name>, Option<&Children>, &Transform)>,
@@ -35,7 +35,7 @@ pub(crate) fn figure_of(
         let id = NodeId::new(entities.len());
         let is_root = parent.is_none();
         scene.nodes.push(Node {
-            // A node without a name is not that of any channel.
+            // No channel refers to a node without a name.
             name: name.map_or_else(|| format!("{entity}"), |name| name.as_str().to_owned()),
             parent,
             transform: if is_root { Trs::IDENTITY } else { to_mocap(transform) }.matrix(),
@@ -52,7 +52,7 @@ pub(crate) fn figure_of(
     Some((scene, entities))
 }
 
-/// The two libraries may use different versions of the same vectors, so numbers go over and not types.
+/// mocap and Bevy may use different versions of glam, so numbers are copied instead of types.
 pub(crate) fn to_bevy(trs: Trs) -> Transform {
     Transform {
         translation: Vec3::from_array(trs.translation.to_array()),

@@ -1,5 +1,5 @@
-//! Motion files in Bevy: assets of the formats that [`mocap`] reads, and a component that plays them on a figure that
-//! is there already, such as a skinned glTF scene.
+//! Motion files in Bevy: assets of the formats that [`mocap`] reads, and a component that plays them on an existing
+//! figure, such as a skinned glTF scene.
 //!
 //! ```no_run
 //! use std::time::Duration;
@@ -7,10 +7,8 @@
 //! use bevy::prelude::*;
 //! use mocap_bevy::{Clip, MotionPlayer};
 //!
-//! fn begin(mut commands: Commands, assets: Res<AssetServer>) {
-//!     // The hero is what another plugin loads below this entity: bevy_gltf, or `mocap_bevy::spawn`.
-//!     commands.spawn(MotionPlayer::new(assets.load("walk.bvh")));
-//! }
+//! fn begin(mut commands: Commands, assets: Res<AssetServer>) { // bevy_gltf or `mocap_bevy::spawn` loads the hero
+//!     below this entity. commands.spawn(MotionPlayer::new(assets.load("walk.bvh"))); }
 //!
 //! fn run(assets: Res<AssetServer>, mut players: Query<&mut MotionPlayer>) {
 //!     for mut player in &mut players {
@@ -19,11 +17,11 @@
 //! }
 //! ```
 //!
-//! A motion of another skeleton is retargeted, in the background, once for each figure. Names, rest pose, unit and axes
-//! need not agree. Feet stand still where the feet of the source do. [`MotionStarted`], [`MotionLooped`],
-//! [`MotionFinished`] and [`MotionFailed`] tell what happens.
+//! A motion of another skeleton is retargeted in the background, once for each figure. Names, rest pose, unit and axes
+//! may differ. Feet are locked while the feet of the source are in contact. The events are [`MotionStarted`],
+//! [`MotionLooped`], [`MotionFinished`] and [`MotionFailed`].
 //!
-//! `mocap` and Bevy have both +Y up, right-handed coordinates and column vectors, so numbers go over as they are.
+//! Both `mocap` and Bevy use +Y up, right-handed coordinates and column vectors, so numbers are not converted.
 
 #![warn(clippy::unwrap_used)]
 
@@ -39,12 +37,12 @@ pub use self::loader::{Motion, MotionLoader};
 pub use self::player::{Clip, MotionFailed, MotionFinished, MotionLooped, MotionPlayer, MotionStarted};
 pub use mocap;
 
-/// The systems that play motions. An app that has them may order its own before or after.
+/// The systems that play motions. An app may order its systems before or after them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PlayMotions;
 
-/// Loads motion files, and plays them where a [`MotionPlayer`] is. It needs Bevy's `AssetPlugin` and `TaskPoolPlugin`,
-/// which `DefaultPlugins` have.
+/// Loads motion files, and plays them on entities with a [`MotionPlayer`]. It needs Bevy's `AssetPlugin` and
+/// `TaskPoolPlugin`, which `DefaultPlugins` contain.
 pub struct MotionPlugin;
 
 impl Plugin for MotionPlugin {

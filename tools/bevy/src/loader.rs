@@ -8,17 +8,17 @@ use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
 use mocap::{FormatInfo, Importer, MemoryFile, Scene};
 
-/// What a motion file holds: a skeleton and its motions.
+/// The contents of a motion file: a skeleton and its motions.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct Motion {
-    /// The file as the library reads it, in the file's unit and axes.
+    /// The imported scene, in the file's unit and axes.
     pub scene: Arc<Scene>,
 }
 
-/// Reads every format of [`FormatInfo::ALL`], told apart by contents, else by the extension.
+/// Reads every format of [`FormatInfo::ALL`]. The contents determine the format, otherwise the extension.
 ///
-/// `asset_server.load::<Motion>(path)` takes any of them, also `.glb` and `.gltf`. Those two are not among the
-/// [extensions](AssetLoader::extensions), so that a load without a type, or with a label, is bevy_gltf's.
+/// `asset_server.load::<Motion>(path)` reads any format, also `.glb` and `.gltf`. These two are not in
+/// [extensions](AssetLoader::extensions), so bevy_gltf handles a load without a type or with a label.
 #[derive(TypePath, Debug)]
 pub struct MotionLoader {
     extensions: Vec<&'static str>,
@@ -34,7 +34,7 @@ impl Default for MotionLoader {
     }
 }
 
-/// An error of any kind; Bevy prints it with the path.
+/// Any error. Bevy prints the error with the path.
 type Failure = Box<dyn Error + Send + Sync>;
 
 impl AssetLoader for MotionLoader {
@@ -54,7 +54,7 @@ impl AssetLoader for MotionLoader {
         let mut beside = Vec::new();
         for other in files_beside(&name, &bytes) {
             let path = context.path().resolve_embed_str(&other)?;
-            // Where it is missing the reader says so, in its own words.
+            // If the file is missing, the reader reports it.
             if let Ok(bytes) = context.read_asset_bytes(path).await {
                 beside.push((other, bytes));
             }

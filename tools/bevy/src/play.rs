@@ -1,4 +1,4 @@
-//! From a motion that is asked for to transforms of entities.
+//! Applies requested motions to the transforms of entities.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,26 +15,26 @@ use crate::body::{figure_of, to_bevy, to_mocap};
 use crate::loader::Motion;
 use crate::player::{Clip, MotionFailed, MotionFinished, MotionLooped, MotionPlayer, MotionStarted};
 
-/// The largest distance of a node from that of an equal skeleton, in the unit of the file, relative to the length of
-/// the bone. Files and engines round by as much.
+/// The largest distance between corresponding nodes of equal skeletons, relative to the length of the bone. Rounding in
+/// files and engines causes it.
 const SAME: f32 = 1e-3;
 
-/// The figure that a player moves.
+/// The figure that a player animates.
 pub(crate) struct Body {
     scene: Arc<Scene>,
     /// The entity of each node.
     entities: Vec<Entity>,
     rest: Vec<Trs>,
-    /// Whether a motion has moved the node, so that one that does not brings it to rest.
+    /// Whether a motion has moved the node. A later motion that does not animate the node resets it to the rest pose.
     moved: Vec<bool>,
 }
 
-/// A motion that was asked for.
+/// A requested motion.
 pub(crate) struct Coming {
     motion: Handle<Motion>,
     clip: Clip,
     fade: Duration,
-    /// Its way onto the figure, once the file is loaded and the figure is there.
+    /// The task that fits the motion to the figure. It starts when the file and the figure are loaded.
     fitting: Option<Task<Result<Fitted, String>>>,
 }
 
@@ -69,7 +69,7 @@ impl Coming {
 }
 
 impl Track {
-    /// Without a corner at either end of the fade.
+    /// Smooth at both ends of the fade.
     pub(crate) fn weight(&self) -> f32 {
         if self.since >= self.fade {
             return 1.0;
@@ -79,7 +79,7 @@ impl Track {
     }
 }
 
-/// Begins the motions that are asked for, as they are loaded and fitted.
+/// Starts requested motions when they are loaded and fitted.
 pub(crate) fn begin(
     mut commands: Commands,
     motions: Res<Assets<Motion>>,
@@ -133,7 +133,7 @@ pub(crate) fn begin(
     }
 }
 
-/// Moves all clocks on, and writes the transforms of all figures.
+/// Advances all clocks, and writes the transforms of all figures.
 pub(crate) fn advance(
     mut commands: Commands,
     time: Res<Time>,
@@ -161,7 +161,7 @@ pub(crate) fn advance(
                 commands.trigger(MotionFinished { entity });
             }
         }
-        // What lies below a motion that plays alone is not seen.
+        // A motion at full weight hides the motions before it.
         let seen = player
             .tracks
             .iter()
@@ -185,7 +185,7 @@ impl MotionPlayer {
         }
         player.speed = self.speed;
         player.loop_mode = self.loop_mode;
-        // The first motion has nothing to fade from.
+        // The first motion has no previous motion to fade from.
         let fade = if self.tracks.is_empty() { Duration::ZERO } else { fade };
         self.tracks.push(Track {
             binding: Binding::new(&body.scene, &fitted.animation),
@@ -200,7 +200,7 @@ impl MotionPlayer {
 }
 
 impl Track {
-    /// Moves the clock on; returns whether the motion has begun again. At its first moment it shows its first pose.
+    /// Advances the clock. Returns whether the motion has started again. The first call shows the first pose.
     fn advance(&mut self, passed: Duration) -> bool {
         if !std::mem::replace(&mut self.has_begun, true) {
             return false;
@@ -240,7 +240,7 @@ impl Body {
             }
         }
         for ((&entity, trs), &is_moved) in self.entities.iter().zip(&pose).zip(&self.moved) {
-            // An entity that the app has despawned is not there to be moved.
+            // The app may have despawned the entity.
             if is_moved && let Ok(mut place) = transforms.get_mut(entity) {
                 *place = to_bevy(*trs);
             }
@@ -252,13 +252,13 @@ fn mixed(from: &Trs, to: &Trs, weight: f32) -> Trs {
     let (from, to) = (to_bevy(*from), to_bevy(*to));
     to_mocap(&Transform {
         translation: from.translation.lerp(to.translation, weight),
-        // On the shorter arc.
+        // The shorter arc.
         rotation: from.rotation.slerp(to.rotation, weight),
         scale: from.scale.lerp(to.scale, weight),
     })
 }
 
-/// Puts a motion on a figure, in the background: retargeting looks at every frame.
+/// Fits a motion to a figure in the background, because retargeting examines every frame.
 fn fit(motion: &Motion, clip: &Clip, body: &Body, lock_feet: bool) -> Task<Result<Fitted, String>> {
     let (source, target, clip) = (motion.scene.clone(), body.scene.clone(), clip.clone());
     AsyncComputeTaskPool::get_or_init(Default::default).spawn(async move {
@@ -282,7 +282,7 @@ fn fit(motion: &Motion, clip: &Clip, body: &Body, lock_feet: bool) -> Task<Resul
     })
 }
 
-/// The animation for the target's nodes, if it moves nodes of these names that stand alike at rest.
+/// The animation for the target's nodes, if the nodes with the same names have the same rest pose.
 fn of_same_skeleton(source: &Scene, animation: &Animation, target: &Scene) -> Option<Animation> {
     let from = Binding::new(source, animation);
     let mut own = animation.clone();
@@ -295,7 +295,7 @@ fn of_same_skeleton(source: &Scene, animation: &Animation, target: &Scene) -> Op
         };
         let parents = (name(source, node.parent), name(target, other.parent));
         let is_alike = is_near(&Trs::from_matrix(node.transform), &Trs::from_matrix(other.transform));
-        // The root stands below whatever the app hangs it on.
+        // The app may attach the root to any entity.
         if !is_alike || (node.parent.is_some() && parents.0 != parents.1) {
             return None;
         }

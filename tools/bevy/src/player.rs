@@ -1,4 +1,4 @@
-//! What an app says and hears: the component, the choice of a clip, the events.
+//! The interface of an app: the component, the clip selection and the events.
 
 use std::time::Duration;
 
@@ -8,15 +8,15 @@ use mocap::LoopMode;
 use crate::loader::Motion;
 use crate::play::{Body, Coming, Track};
 
-/// Which motion of a file is meant.
+/// The selected motion of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Clip {
-    /// The first one.
+    /// The first motion.
     #[default]
     First,
-    /// By its number, from 0.
+    /// The motion with this index, counted from 0.
     Index(usize),
-    /// By its name.
+    /// The motion with this name.
     Name(String),
 }
 
@@ -56,25 +56,27 @@ impl Clip {
 }
 
 /// Plays motions on the figure below its entity: the entities that have a [`Transform`] and a [`Name`], as bevy_gltf
-/// and [`spawn`](crate::spawn) make them. It waits until they are there, and until the file is loaded.
+/// and [`spawn`](crate::spawn) create them. The player waits until these entities exist and the file is loaded.
 ///
-/// A motion of the same skeleton plays as it is. One of another is retargeted; both must be humanoids then.
+/// A motion of the same skeleton plays unchanged. A motion of another skeleton is retargeted; then both skeletons must
+/// be humanoids.
 #[derive(Component, Default)]
 pub struct MotionPlayer {
-    /// How fast it plays: 1 as recorded, negative backwards.
+    /// The playback speed. 1 is the recorded speed; a negative speed plays backwards.
     pub speed: f64,
-    /// What it does at the end.
+    /// What happens at the end of the motion.
     pub loop_mode: LoopMode,
-    /// Whether a retargeted motion has its feet held still where those of the source stand, where it is better so.
+    /// Whether to lock the feet of a retargeted motion while the source's feet are in contact. The lock is skipped
+    /// where it would make the motion worse.
     pub lock_feet: bool,
     pub(crate) coming: Option<Coming>,
-    /// From the one that fades out longest to the one that plays.
+    /// The tracks, ordered from the track that has been fading out longest to the track that plays.
     pub(crate) tracks: Vec<Track>,
     pub(crate) body: Option<Body>,
 }
 
 impl MotionPlayer {
-    /// A player of the first motion of a file, which loops.
+    /// A player that loops the first motion of a file.
     pub fn new(motion: Handle<Motion>) -> Self {
         let mut player = Self {
             speed: 1.0,
@@ -85,7 +87,7 @@ impl MotionPlayer {
         player
     }
 
-    /// Changes to another motion as soon as it is loaded, over a time in which both play.
+    /// Crossfades to another motion as soon as it is loaded. `fade` is the duration in which both motions play.
     pub fn play(&mut self, motion: Handle<Motion>, clip: impl Into<Clip>, fade: Duration) {
         self.coming = Some(Coming::new(motion, clip.into(), fade));
     }
@@ -95,59 +97,59 @@ impl MotionPlayer {
         self.tracks.last().is_some_and(|track| !track.player.is_finished())
     }
 
-    /// Whether a motion that was asked for is not there yet.
+    /// Whether a requested motion is still loading.
     pub fn is_waiting(&self) -> bool {
         self.coming.is_some()
     }
 
-    /// The clock of the motion that plays: its tick can be read and set.
+    /// The clock of the playing motion. You can read and set its tick.
     pub fn clock(&mut self) -> Option<&mut mocap::Player> {
         self.tracks.last_mut().map(|track| &mut track.player)
     }
 
-    /// How much of the pose is of the motion that plays, from 0 to 1; less than 1 while it fades in.
+    /// The weight of the playing motion in the pose, from 0 to 1. It is less than 1 while the motion fades in.
     pub fn weight(&self) -> f32 {
         self.tracks.last().map_or(0.0, Track::weight)
     }
 
-    /// The figure has changed: its entities are looked for anew before the next motion.
+    /// Tells the player that the figure has changed. The player searches for its entities again before the next motion.
     pub fn forget_figure(&mut self) {
         self.body = None;
     }
 }
 
-/// A motion has begun to play.
+/// A motion has started.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct MotionStarted {
     /// The entity of the [`MotionPlayer`].
     pub entity: Entity,
     /// The file.
     pub motion: Handle<Motion>,
-    /// The number of the motion in the file.
+    /// The index of the motion in the file.
     pub index: usize,
-    /// How many degrees limbs of the figure point from those of the source in the mean; 0 where nothing was retargeted.
+    /// The mean angle between the limbs of the figure and the limbs of the source, in degrees; 0 without retargeting.
     pub mean_degrees: f64,
 }
 
-/// A motion has come to its end and begins again.
+/// A looping motion has reached its end and starts again.
 #[derive(EntityEvent, Clone, Copy, Debug)]
 pub struct MotionLooped {
     /// The entity of the [`MotionPlayer`].
     pub entity: Entity,
 }
 
-/// A motion that plays once has come to its end.
+/// A motion that plays once has reached its end.
 #[derive(EntityEvent, Clone, Copy, Debug)]
 pub struct MotionFinished {
     /// The entity of the [`MotionPlayer`].
     pub entity: Entity,
 }
 
-/// A motion that was asked for cannot be played; what played before goes on.
+/// A requested motion cannot be played. The previous motion continues.
 #[derive(EntityEvent, Clone, Debug)]
 pub struct MotionFailed {
     /// The entity of the [`MotionPlayer`].
     pub entity: Entity,
-    /// Why, as one sentence.
+    /// The reason, as one sentence.
     pub reason: String,
 }
