@@ -24,12 +24,12 @@ use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
-    /// time warping of the poses aligns both in time, so that a step meets a step. The result is as long as its
-    /// fraction of both. Steps over the ground are mixed in the heading of each figure: two walks in different
-    /// directions give a walk in a direction between. Mixed poses more than 45 degrees or 30 cm apart, wherever the
-    /// figures stand, are a warning of the scene, [`Code::PosesApart`]. With `within` one motion may begin later, and
-    /// one end earlier, at the most alike frames. The measure is the distance of [motion graphs](crate::graph), over
-    /// windows of a third of a second. The second motion then begins at the place and in the heading of the first.
+    /// time warping of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of
+    /// both durations. Steps over the ground are mixed in the heading of each figure: two walks in different directions
+    /// give a walk in a direction between. Mixed poses more than 45 degrees or 30 cm apart, wherever the figures stand,
+    /// are a warning of the scene, [`Code::PosesApart`]. With `within`, one motion may start later, and one may end
+    /// earlier, so that the ends match best. The measure is the distance of [motion graphs](crate::graph), over windows
+    /// of a third of a second. The second motion then begins at the place and in the heading of the first.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -52,8 +52,8 @@ step! {
         with: Option<usize> = None, ValueKind::Input;
         /// The fraction of the second motion. Default: 0.5 all the time.
         weight: BlendWeight = BlendWeight::Constant(0.5), ValueKind::Weights;
-        /// Seconds at the beginning and at the end of both motions in which the most alike frames are searched.
-        /// Default: 0, all of both is mixed.
+        /// Seconds at the beginning and at the end of both motions in which the most similar frames are searched.
+        /// Default: 0, which mixes both motions completely.
         within: f64 = 0.0, ValueKind::Seconds;
     }
 }
@@ -89,8 +89,8 @@ pub struct BlendReport {
     pub left_out_before: [f64; 2],
     /// The seconds that were dropped from the end of the first and of the second motion.
     pub left_out_after: [f64; 2],
-    /// The mean distance of the joints of both motions at the beginning and at the end, in metres. `None` if these
-    /// moments were not searched.
+    /// The mean distance of the joints of both motions at the beginning and at the end, in metres. `None` if the ends
+    /// were not searched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<[f32; 2]>,
 }
@@ -309,8 +309,8 @@ fn whole(frame: f64) -> f64 {
     }
 }
 
-/// Pairs frames of both motions that show the same moment, from their first frames to their last. The method is dynamic
-/// time warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
+/// Pairs corresponding frames of both motions, from their first frames to their last. The method is dynamic time
+/// warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
 fn align(first: &Frames, second: &Frames, carrier: &Carrier) -> Vec<(f64, f64)> {
     let picked = |frames: &Frames| -> Vec<usize> {
         let stride = frames.len().div_ceil(COMPARED).max(1);

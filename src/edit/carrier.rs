@@ -61,7 +61,7 @@ impl Carrier {
         self.pose(row).0
     }
 
-    /// The rotation about the up axis from the facing of the figure of `from` to that of `to`.
+    /// The rotation about the up axis from the facing direction in pose `from` to the facing direction in pose `to`.
     pub(super) fn turn(&self, from: &[Trs], to: &[Trs]) -> Quat {
         twist(self.pose(to).1 * self.pose(from).1.inverse(), self.up)
     }

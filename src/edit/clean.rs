@@ -40,7 +40,7 @@ use crate::clean_weights::CleanWeights;
 
 step! {
     /// Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
-    /// without a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
+    /// without a defect do not change. If the skeleton is not a humanoid, floor and contacts are not changed.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -278,8 +278,8 @@ impl Clean {
 /// Factors of the allowed jerk, one for each try. A smoother that allows more jerk cuts less of the peaks.
 const TRIES: [f64; 4] = [1.0, 2.0, 8.0, 64.0];
 
-/// Removes noise as strongly as the peaks of the motion allow, and returns a text about the changes. First it measures
-/// the contacts of the hands.
+/// Removes noise as strongly as the peaks of the motion allow, and returns a message about the changes. First it
+/// measures the contacts of the hands.
 fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanReport) -> String {
     let mut depth = None;
     let own = time::interpolated(work);
@@ -305,7 +305,7 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
         *work = steady.clone();
         what = remove_noise(work, every, strength);
     }
-    // The fastest moments of a body that hardly moves are noise: without it they are slower.
+    // The fastest frames of a body that hardly moves are noise: without it they are slower.
     if !what.is_nothing() && report.is_worse(CleanPart::Noise, (&steady, &*work)) {
         *work = steady.clone();
         what = remove_noise(work, every, steady.weights.smoothing);

@@ -21,10 +21,10 @@ use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
-    /// first, so that a motion that was cut in two is restored. Poses more than 45 degrees or 30 cm apart at the seam,
-    /// and speeds more than 1 m/s apart, are a warning of the scene, [`Code::PosesApart`]. `within` searches nearby for
-    /// the end and the beginning that are most alike. The measure is the distance of [motion graphs](crate::graph),
-    /// over windows of a third of a second.
+    /// first, so that two parts of a cut motion are restored. Poses more than 45 degrees or 30 cm apart at the seam,
+    /// and speeds more than 1 m/s apart, are a warning of the scene, [`Code::PosesApart`]. `within` searches for the
+    /// most similar pair of an end frame and a start frame near the seam. The measure is the distance of [motion
+    /// graphs](crate::graph), over windows of a third of a second.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -43,12 +43,13 @@ step! {
     Concat {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, ValueKind::Input;
-        /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
+        /// Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
         blend: f64 = 0.3, ValueKind::Seconds;
-        /// Whether the second motion begins at the place and in the heading in which the first ends. Default: `true`.
+        /// Whether the second motion begins at the position and heading at which the first motion ends. Default:
+        /// `true`.
         align: bool = true, ValueKind::Flag;
-        /// Seconds at the end of the first and at the beginning of the second motion in which the most alike frames are
-        /// joined. Default: 0, all of both stays.
+        /// Seconds at the end of the first and at the beginning of the second motion in which the most similar frames
+        /// are joined. Default: 0, which keeps both motions completely.
         within: f64 = 0.0, ValueKind::Seconds;
     }
 }

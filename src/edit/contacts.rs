@@ -159,8 +159,8 @@ impl DetectedContacts {
 }
 
 impl ContactOptions {
-    /// Finds when the feet are at rest, and the hands if `options` asks for them. Pass the bones as `humanoid` if you
-    /// know them; otherwise they are found.
+    /// Finds the frames in which feet are at rest, and hands too if [`hands`](Self::hands) is set. Pass the bones as
+    /// `humanoid` if you know them; otherwise they are found.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

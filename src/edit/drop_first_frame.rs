@@ -28,7 +28,7 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     DropFirstFrame {
-        /// Whether to drop it also if it is no rest pose. Default: `false`.
+        /// Whether to drop the first frame even if it is not a rest pose. Default: `false`.
         always: bool = false, ValueKind::Flag;
     }
 }

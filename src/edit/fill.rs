@@ -59,7 +59,7 @@ impl Step for Fill {
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.
     pub gaps: Vec<[usize; 2]>,
-    /// The gaps that are longer than the options allow, in the same form. They stay.
+    /// The gaps that are longer than the options allow, in the same form. They are not filled.
     pub longer: Vec<[usize; 2]>,
     /// The filled gaps of each marker, or other point without a skeleton.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -60,7 +60,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Compares the rotations of two rows that show the same moment, `frame` of the result.
+    /// Compares the rotations of two corresponding rows, `frame` of the result.
     pub(super) fn see_rotations(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
         for ((node, a), b) in self.frames.nodes().iter().zip(row).zip(other) {
             let by = log(a.rotation.inverse() * b.rotation).length().to_degrees();

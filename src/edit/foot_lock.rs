@@ -18,7 +18,7 @@ step! {
     /// # Errors
     /// As [`foot_lock`](crate::foot_lock()).
     FootLock {
-        /// Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
+        /// Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2.
         blend: f64 = FootLockOptions::default().blend, ValueKind::Seconds;
         /// The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
         height: f64 = ContactOptions::default().height, ValueKind::Metres;
@@ -32,8 +32,8 @@ step! {
         gap: f64 = ContactOptions::default().gap, ValueKind::Seconds;
         /// The height of the floor along the up axis, in metres. Default: where the feet rest.
         floor: Option<f32> = None, ValueKind::Metres;
-        /// The largest change of any other joint, in metres. A foot that would move a knee or the hips farther keeps a
-        /// part of its slide. Default: `None`, no foot slides.
+        /// The largest change of any other joint, in metres. If locking a foot would move a knee or the hips farther, a
+        /// part of the sliding remains. Default: `None`, no foot slides.
         largest_change: Option<f64> = None, ValueKind::Metres;
         /// The weights of the lock that differ from their defaults. Default: `None`.
         weights: Option<FootLockWeights> = None, ValueKind::Numbers;

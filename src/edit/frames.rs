@@ -228,7 +228,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// All transforms at a fractional frame, interpolated. Outside the motion, those of its nearest end.
+    /// All transforms at a fractional frame, interpolated. Outside the motion, the transforms of its nearest end.
     pub(super) fn row_at(&self, frame: f64) -> Vec<Trs> {
         let last = self.len().saturating_sub(1);
         let frame = frame.clamp(0.0, last as f64);
@@ -352,14 +352,14 @@ impl<'a> Frames<'a> {
         Some(self.at(frame, column))
     }
 
-    /// Sets the transform of a held node. Other nodes stay.
+    /// Sets the transform of a held node. Other nodes do not change.
     pub(super) fn set(&mut self, frame: usize, node: NodeId, trs: Trs) {
         if let Some(column) = self.columns[node.index()] {
             self.set_at(frame, column, trs);
         }
     }
 
-    /// Sets the rotation of `node` to its rotation in `pose`. Its translation and scale stay.
+    /// Sets the rotation of `node` to its rotation in `pose`. Its translation and scale do not change.
     pub(super) fn set_rotation_of(&mut self, frame: usize, node: NodeId, pose: &Pose) {
         if let Some(old) = self.get(frame, node) {
             let rotation = Trs::from_matrix(pose.node_to_parent[node.index()]).rotation;
@@ -420,7 +420,7 @@ impl<'a> Frames<'a> {
     }
 
     /// The keys of a track. Rounding adds no keys: a track that was `constant` stays so if it differs only by rounding.
-    /// Any other track becomes constant only if all its values are equal, so slow motion stays.
+    /// Any other track becomes constant only if all its values are equal, so slow motion is kept.
     fn keys<T: Copy + PartialEq>(&self, values: Vec<T>, constant: Option<T>, is_near: fn(T, T) -> bool) -> Keys<T> {
         let Some(first) = values.first().copied() else {
             return Keys::default();

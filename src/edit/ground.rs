@@ -14,8 +14,8 @@ use super::{Step, StepInput, StepKey};
 
 step! {
     /// Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as `clean`
-    /// does, and then the height, however small. Hills, stairs and treadmills stay: `docs/cleaning-algorithm.md` says
-    /// how they are found.
+    /// does, and then the height, however small. Hills, stairs and treadmills do not change:
+    /// `docs/cleaning-algorithm.md` describes their detection.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -61,7 +61,7 @@ impl std::fmt::Display for LimbReport {
     }
 }
 
-/// The time around the moment at which a goal comes within reach or leaves it, in seconds. Rotations are smoothed over
+/// The time around the frame in which a goal comes within reach or leaves it, in seconds. Rotations are smoothed over
 /// this time, because the elbow or knee would jump otherwise.
 const PASSING: f64 = 0.2;
 
@@ -281,7 +281,7 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
         sum / total
     };
     // Takes the least detail around each frame. Otherwise a limb that passes near its goal would show its swing for a
-    // moment.
+    // short time.
     let details: Vec<f32> = swivels.iter().map(|swivel| swivel.detail * swivel.known).collect();
     let least = |at: usize| {
         bell.near(at, details.len())
@@ -295,7 +295,7 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
     (0..swivels.len()).map(of_frame).collect()
 }
 
-/// Smooths the moments at which a goal comes within reach or leaves it: there, each rotation becomes the mean of the
+/// Smooths the frames in which a goal comes within reach or leaves it: there, each rotation becomes the mean of the
 /// rotations around, weighted by a Gaussian.
 fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let radius = (PASSING * rate).round().max(1.0) as usize;

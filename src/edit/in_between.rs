@@ -47,7 +47,7 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a key after the last frame.
     InBetween {
-        /// The frames whose poses stay. The first and the last frame always do.
+        /// The frames whose poses are kept. The first and the last frame are always kept.
         keys: Vec<usize> = Vec::new(), ValueKind::Frames;
         /// The distance in frames of further keys. Default: 0, no others.
         every: usize = 0, ValueKind::Count;

@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Keeps the root above its start point. Its height and its rotation stay.
+    /// Keeps the root above its start point. Its height and its rotation do not change.
     ///
     /// [`RootMotion::InPlace`] does the same.
     ///

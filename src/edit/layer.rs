@@ -16,7 +16,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints,
-    /// at the same time. After the end of the second motion, its last pose stays.
+    /// at the same time. After the end of the second motion, its last pose is held.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -83,12 +83,12 @@ impl Limb {
 }
 
 /// Two angles between the old and new direction of a limb, in radians. Up to the first, the plane of the limb follows
-/// by the shortest rotation. From the second on, the plane is [`Limb::natural`], because the shortest rotation is
-/// undefined near 180 degrees.
+/// by the shortest rotation. At the second angle or more, the plane is [`Limb::natural`], because the shortest rotation
+/// is undefined near 180 degrees.
 const CARRIED: [f32; 2] = [1.0, 2.0];
 
-/// The displacement of a limb, as a fraction of its length, from which on the plane keeps none of its motion from frame
-/// to frame.
+/// The displacement of a limb, as a fraction of its length, at or above which the plane keeps none of its motion from
+/// frame to frame.
 const FAR: f32 = 0.3;
 
 /// The length of the hinge axis of the T-pose, as `HINGE_AT_REST` of the knee. It is small beside the axes of bends,
@@ -289,7 +289,7 @@ pub(super) struct Swivel {
     pub(super) angle: f32,
     /// How well the angle is known, from 0 to 1.
     pub(super) known: f32,
-    /// The fraction of the plane's own motion from frame to frame that stays, from 0 to 1. A limb that is moved far
+    /// The fraction of the plane's own motion from frame to frame that is kept, from 0 to 1. A limb that is moved far
     /// keeps none.
     pub(super) detail: f32,
 }

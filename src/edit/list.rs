@@ -14,7 +14,7 @@ use super::{EditStep, StepInput, StepReport, text};
 
 /// Declares the file of each step as a module and re-exports its public items, of which the first is the step. Makes
 /// [`EditStep`] and [`StepReport`] of the steps. The report of a step follows `=>`. The module `report` has these
-/// reports and those of files without a step.
+/// reports and the reports of files without a step.
 macro_rules! steps {
     (
         report { $($shared:ident: $shared_report:ident;)* }
@@ -146,8 +146,7 @@ impl EditStep {
     /// Applies the step to a scene, and records it in [`Metadata::steps`](mocap_scene::scene::Metadata::steps).
     ///
     /// # Errors
-    /// Those of the step; [`Code::InvalidValue`] without a second motion that it needs.
-    /// `scene` is then unchanged.
+    /// The errors of the step; [`Code::InvalidValue`] without a second motion that it needs. `scene` is then unchanged.
     pub fn apply(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<EditReport> {
         let changed = self.report(scene, input)?;
         let other = input.other.filter(|_| self.needs_other());

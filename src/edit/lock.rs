@@ -49,7 +49,7 @@ pub struct FootLockOptions {
     /// Known contacts, for example of the source of a retargeted motion. They must have as many frames as the motion.
     /// Default: `None`, contacts are detected.
     pub known: Option<DetectedContacts>,
-    /// Seconds in which a shift eases out after a contact, and in before a contact. Default: 0.2.
+    /// Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2.
     pub blend: f64,
     /// The largest change of any other joint, in metres. The lock of a foot that would move a knee or the hips farther
     /// is relaxed, and the foot keeps a part of its slide. Default: `None`, no lock is relaxed for this reason.
@@ -120,7 +120,7 @@ pub struct FootLockReport {
     pub out_of_reach: [usize; 2],
     /// The largest distance of such a foot from its target.
     pub farthest_out_of_reach: [f32; 2],
-    /// The largest ratio of the speed of a foot to its speed without the lock, around the same moment. Above
+    /// The largest ratio of the speed of a foot to its speed without the lock, around the same frame. Above
     /// [`FootLockWeights::speed_ratio`] the lock is relaxed.
     pub speed_ratio: f32,
     /// The largest ratio of accelerations, measured in the same way. Above

@@ -24,11 +24,11 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through
+    /// Turns neck and head so that the figure looks at a target in a range of a motion. The line of sight goes through
     /// the target. It starts between the eyes, or at the joint of the head, and points forward. The neck takes a
     /// fraction of the rotation, the head the rest. Beyond the limit, an angle from the facing of the trunk, the head
-    /// stays behind smoothly. The figure does not look at a target behind its back. A target that moves too fast is
-    /// followed at 400 degrees a second, from before until after.
+    /// stays behind smoothly. The figure does not look at a target behind its back. The head follows a faster target
+    /// with at most 400 degrees per second: it starts earlier and arrives later.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -51,13 +51,14 @@ step! {
         at: Option<ReachTarget> = None, ValueKind::Target;
         /// The fraction of the rotation that the neck takes. Default: 0.4.
         neck: f64 = 0.4, ValueKind::Fraction;
-        /// The largest angle from where the trunk faces at which it looks at the target, in degrees. Default: 80.
+        /// The largest angle between the facing of the trunk and the target at which the figure looks at the target, in
+        /// degrees. Default: 80.
         limit: f64 = 80.0, ValueKind::Degrees;
-        /// The part in which it looks there. Default: the whole motion.
+        /// The range in which the figure looks at the target. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
-        /// Seconds before the part in which it turns there. Default: 0.4.
+        /// Duration of the turn to the target before the range, in seconds. Default: 0.4.
         ease_in: f64 = 0.4, ValueKind::Seconds;
-        /// Seconds after the part in which it turns back. Default: 0.4.
+        /// Duration of the turn back after the range, in seconds. Default: 0.4.
         ease_out: f64 = 0.4, ValueKind::Seconds;
     }
 }
@@ -73,7 +74,7 @@ const BEHIND: [f32; 2] = [2.094, 2.793];
 /// side by 90 degrees in 0.4 s has this speed in its middle.
 const FASTEST: f32 = 6.98;
 
-/// The angle from which on a slowed rotation visibly misses the target, in radians: a tenth of a degree.
+/// The smallest angle by which a slowed rotation visibly misses the target, in radians: a tenth of a degree.
 const BEHIND_TIME: f32 = 0.0017;
 
 /// The number of rotations towards the target. Each moves the eyes too, but only by a tenth of the rotation before.

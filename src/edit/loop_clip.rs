@@ -44,7 +44,7 @@ step! {
         shortest: f64 = 0.6, ValueKind::Seconds;
         /// The longest loop to look for, in seconds. Default: 4.
         longest: f64 = 4.0, ValueKind::Seconds;
-        /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
+        /// Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
         blend: f64 = 0.3, ValueKind::Seconds;
         /// Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`.
         in_place: bool = false, ValueKind::Flag;
@@ -72,7 +72,7 @@ impl Step for Loop {
 pub struct LoopReport {
     /// The first frame of the loop in the earlier motion.
     pub first: usize,
-    /// The last frame, which shows the same moment of the next cycle.
+    /// The last frame, which shows the same phase of the next cycle.
     pub last: usize,
     /// The largest difference of a rotation at the seam that was faded out, in degrees.
     pub largest_rotation: f32,
@@ -106,7 +106,7 @@ const CANDIDATES: usize = 200;
 /// The largest squared distance of a calmer cut, as a multiple of the smallest squared distance.
 const CALM: f32 = 3.0;
 
-/// The approximate number of moments of a cycle that are examined for a calmer cut.
+/// The approximate number of frames of a cycle that are examined for a calmer cut.
 const MOMENTS: usize = 60;
 
 fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result<LoopReport> {
@@ -186,8 +186,8 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     Ok(report)
 }
 
-/// The sum of the squared speeds of joints relative to the carrier at a frame. A calm moment, such as one with both
-/// feet on the ground, has the least sum, and a seam there is least visible.
+/// The sum of the squared speeds of joints relative to the carrier at a frame. A frame with little motion, such as a
+/// frame with both feet on the ground, has the least sum, and a seam there is least visible.
 fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
     let pose_at = |frame: usize| {
         let mut pose = Pose::rest(scene);
@@ -248,7 +248,7 @@ fn best(
         (frame.saturating_sub(stride)..=(frame + stride).min(frames.len() - 1)).collect()
     };
     let (least_cost, first, last) = consider(&near(first), &near(last))?;
-    // Shifts the same cycle in time to find the calmest moment.
+    // Shifts the same cycle in time to find the frame with the least motion.
     let length = last - first;
     let step = (length / MOMENTS).max(1);
     let earliest = first - step * (first.min(length / 2) / step);

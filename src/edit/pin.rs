@@ -24,11 +24,11 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Holds a hand or a foot at what it touches. It keeps its mean position in the frame of the target, which may move
-    /// and rotate. If the limb is too short for that, it comes as near as it can. It is held in a given part of the
-    /// motion, or in every part in which it is near the target and slow beside it. Two bones, or the joints of a chain,
-    /// turn as in [`reach`](crate::Reach). Everything else stays. Use [`foot-lock`](crate::FootLock) for feet on the
-    /// floor, because it lets them roll.
+    /// Holds a hand or a foot at the object that it touches. The limb keeps its mean position in the frame of the
+    /// target, which may move and rotate. If the limb is too short, it comes as near as possible. The limb is held in a
+    /// given range, or in every range in which it is near the target and slow relative to it. Two bones, or the joints
+    /// of a chain, turn as in [`reach`](crate::Reach). Nothing else changes. Use [`foot-lock`](crate::FootLock) for
+    /// feet on the floor, because it lets them roll.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -47,22 +47,20 @@ step! {
     Pin {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
-        /// The target that it touches. Default: the world, at its place.
+        /// The target that the limb touches. Default: the world, at the position of the limb.
         to: Option<ReachTarget> = None, ValueKind::Target;
         /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
         start: Option<String> = None, ValueKind::Name;
-        /// The joint that touches, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
-        /// or the only end effector below `start`.
+        /// The joint that touches the target, at or below the hand or the foot, or below `start`. Default: the wrist or
+        /// the ankle, or the only end effector below `start`.
         tip: Option<String> = None, ValueKind::Name;
-        /// The part in which it touches. Default: found.
+        /// The range of the contact. Default: detected.
         range: Option<TimeRange> = None, ValueKind::TimeRange;
-        /// The largest distance from the target of a contact that is found, in metres. Default: 0.3, from joint to
-        /// joint.
+        /// The largest distance of a detected contact from the target, in metres. Default: 0.3, from joint to joint.
         distance: f64 = 0.3, ValueKind::Metres;
-        /// The largest speed in the frame of the target of a contact that is found, in metres per second. Default:
-        /// 0.25.
+        /// The largest speed of a detected contact relative to the target, in metres per second. Default: 0.25.
         speed: f64 = 0.25, ValueKind::MetresPerSecond;
-        /// Seconds in which the change comes before a contact, and goes after it. Default: 0.2.
+        /// Blend time before and after a contact, in seconds. Default: 0.2.
         blend: f64 = 0.2, ValueKind::Seconds;
     }
 }

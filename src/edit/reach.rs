@@ -17,10 +17,10 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. It is
-    /// there during the part. It moves there before the part, and back after it. Two bones turn by the law of cosines,
-    /// about the axis about which the limb bends in the motion. A hand turns with its forearm, a foot keeps its
-    /// rotation in the world. Everything else stays.
+    /// Brings a hand or a foot to a target in a range of a motion: the wrist or the ankle, or a joint below it. The
+    /// limb stays at the target during the range. It moves to the target before the range, and back after it. Two bones
+    /// turn by the law of cosines, about the axis about which the limb bends in the motion. A hand turns with its
+    /// forearm, a foot keeps its rotation in the world. Nothing else changes.
     ///
     /// With `start` it brings the tip of a chain of any skeleton to the target, by FABRIK: all joints from `start` to
     /// `tip` share the bend.
@@ -56,14 +56,14 @@ step! {
         offset: [f64; 3] = [0.0; 3], ValueKind::Point;
         /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
         start: Option<String> = None, ValueKind::Name;
-        /// The joint that goes to the target, at or below the hand or the foot, or below `start`. Default: the wrist or
-        /// the ankle, or the only end effector below `start`.
+        /// The joint that moves to the target, at or below the hand or the foot, or below `start`. Default: the wrist
+        /// or the ankle, or the only end effector below `start`.
         tip: Option<String> = None, ValueKind::Name;
-        /// The part in which it is at the target. Default: the whole motion.
+        /// The range in which the limb is at the target. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
-        /// Seconds before the part in which it goes there. Default: 0.4.
+        /// Duration of the movement to the target before the range, in seconds. Default: 0.4.
         ease_in: f64 = 0.4, ValueKind::Seconds;
-        /// Seconds after the part in which it goes back. Default: 0.4.
+        /// Duration of the movement back after the range, in seconds. Default: 0.4.
         ease_out: f64 = 0.4, ValueKind::Seconds;
     }
 }

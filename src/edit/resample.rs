@@ -24,8 +24,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; those of
-    /// [`Conversion::apply`] for a rate that is not possible.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; the errors of [`Conversion::apply`] for
+    /// a rate that is not possible.
     Resample {
         /// Frames per second. Default: 30.
         rate: f64 = 30.0, ValueKind::Hertz;

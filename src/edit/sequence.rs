@@ -43,7 +43,7 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
 
 impl EditStep {
     /// Applies steps to a scene whose bones are already `found`. Also returns the bones of the changed scene. `fit`
-    /// retargets those of `others` that have another skeleton.
+    /// retargets the motions of `others` that have another skeleton.
     #[doc(hidden)]
     pub fn apply_fitted(
         scene: &mut Scene,

@@ -78,8 +78,8 @@ impl SmoothFilter {
 
 step! {
     /// Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each
-    /// rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame stay.
-    /// Everything outside a range and its ease stays too.
+    /// rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame do not change.
+    /// Frames outside the range and its ease time do not change.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -109,7 +109,7 @@ step! {
         joints: Vec<String> = Vec::new(), ValueKind::Names;
         /// The part of the motion. Default: the whole.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
-        /// Seconds before and after the range in which the filter comes and goes. Default: 0.2.
+        /// Fade time of the filter before and after the range, in seconds. Default: 0.2.
         ease: f64 = 0.2, ValueKind::Seconds;
     }
 }

@@ -43,7 +43,7 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     /// [`Conversion`](mocap_figure::Conversion) is recorded in either case.
     ///
     /// # Errors
-    /// Those of the step, which its type states. `scene` is then unchanged.
+    /// The errors of the step, which its type states. `scene` is then unchanged.
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<Self::Report>;
 
     /// The number of the second motion among the inputs of a command, counted from 1, if the options state it.

@@ -26,10 +26,10 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; those of
-    /// [`Conversion::apply`] for a part that the motion does not have.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; the errors of [`Conversion::apply`] for
+    /// a part that the motion does not have.
     Trim {
-        /// The first and the last moment to keep. Default: the whole motion.
+        /// The first and the last time to keep. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
     }
 }

@@ -85,7 +85,7 @@ impl Walk {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] if the clips are not those of the walk, or have different joints.
+    /// [`Code::InvalidValue`] if the clips differ from the clips of the walk, or have different joints.
     pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
         let mut joined = WalkClips::new(self, clips)?;
         // The motion gets the skeleton of the first clip.

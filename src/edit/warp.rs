@@ -12,7 +12,7 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 
 /// Makes parts of a motion faster or slower, or bends its path over the ground.
 ///
-/// The frame rate stays, and new frames are interpolated.
+/// The frame rate does not change, and new frames are interpolated.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -50,10 +50,10 @@ pub enum Warp {
     Moments(Vec<(f64, f64)>),
     /// The factor of the speed of the whole motion, above 0.
     Speed(f64),
-    /// The figure is at every point at its time. Its other motion, such as sway from step to step, stays (motion
-    /// warping: Witkin and Popovic, 1995). Two natural cubic splines are compared: one through the old positions of the
-    /// figure at these times, and one through the points. The figure keeps its offset from the first spline. Before the
-    /// first point and after the last, the paths continue straight. Heights and poses stay.
+    /// The figure is at every point at its time. Its other motion, such as sway from step to step, does not change
+    /// (motion warping: Witkin and Popovic, 1995). Two natural cubic splines are compared: one through the old
+    /// positions of the figure at these times, and one through the points. The figure keeps its offset from the first
+    /// spline. Before the first point and after the last, the paths continue straight. Heights and poses do not change.
     Path {
         /// The points, in the order of time.
         points: Vec<PathPoint>,
@@ -62,7 +62,7 @@ pub enum Warp {
     },
 }
 
-/// All options of a warp by name. A warp has only those of its kind.
+/// All options of a warp by name. A warp has only the options of its kind.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]

@@ -63,7 +63,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     };
     let taken: Vec<_> = (0..count).map(|frame| (&frames, old_frame(frame))).collect();
     let rows = taken.iter().map(|(frames, tick)| frames.row_at(*tick)).collect();
-    // After the last moment, the speed is 1.
+    // After the last time, the speed is 1.
     let as_before = moments.last().is_none_or(|(from, _)| *from < last).then_some(1.0);
     let speeds = moments
         .windows(2)

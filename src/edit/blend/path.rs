@@ -30,8 +30,8 @@ impl<'a> Path<'a> {
         Self { carrier, last: None }
     }
 
-    /// Mixes two frames of the same moment, one frame of each motion. The first mixed figure stands between the two
-    /// figures, by `weight`. Each later frame continues the path of the mixed figure.
+    /// Mixes two corresponding frames, one of each motion. The first mixed figure stands between the two figures, by
+    /// `weight`. Each later frame continues the path of the mixed figure.
     pub(super) fn mix(&mut self, first: &[Trs], second: &[Trs], weight: f32) -> Vec<Trs> {
         let carrier = self.carrier;
         let positions = [carrier.position(first), carrier.position(second)];

@@ -1,7 +1,8 @@
 //! Exchanges left and right limbs back in frames in which an estimator mistook one limb for the other.
 //!
 //! In each frame, a pair of limbs is exchanged or not. Viterbi's algorithm finds the sequence of these two states whose
-//! rotation steps change least. An exchange costs as much as a large change, so limbs that cross quickly stay.
+//! rotation steps change least. An exchange costs as much as a large change, so limbs that cross quickly are not
+//! exchanged.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::median::ranked;

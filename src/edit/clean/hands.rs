@@ -192,7 +192,7 @@ impl Meetings {
         (count > 0).then(|| sum / f64::from(count))
     }
 
-    /// Restores the contacts that the smoothing changed. Returns a text about the changes, which is empty if nothing
+    /// Restores the contacts that the smoothing changed. Returns a message about the changes, which is empty if nothing
     /// changed.
     pub(super) fn restore(&self, work: &mut Work<'_>, before: Option<f64>) -> String {
         let (Some(before), Some(smoothed)) = (before, self.apart(work)) else {

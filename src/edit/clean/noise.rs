@@ -1,9 +1,9 @@
 //! Estimates the noise of each joint and removes it.
 //!
-//! The estimate uses the differences of a track from the second order on, each divided by its gain for white noise.
-//! White noise then has the same size in all orders, while a motion becomes smaller with each order. So the smallest of
-//! the differences is an upper estimate of the noise. The estimate takes the median over spans of half a second, and
-//! then the value of a calm span. Tracks with hardly any noise stay unchanged.
+//! The estimate uses the differences of a track of the second and higher orders, each divided by its gain for white
+//! noise. White noise then has the same size in all orders, while a motion becomes smaller with each order. So the
+//! smallest of the differences is an upper estimate of the noise. The estimate takes the median over spans of half a
+//! second, and then the value of a calm span. Tracks with hardly any noise stay unchanged.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, percentile};
@@ -143,7 +143,7 @@ pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> SmoothingOutcome {
     done
 }
 
-/// Smooths the rotations of a track. Returns their noise in radians, or `None` if they stay.
+/// Smooths the rotations of a track. Returns their noise in radians, or `None` if they do not change.
 fn rotations(
     track: &mut [Trs],
     work: &Work<'_>,
@@ -168,7 +168,7 @@ fn rotations(
     Some(noise)
 }
 
-/// Smooths the positions of a track. Returns their noise in metres, or `None` if they stay.
+/// Smooths the positions of a track. Returns their noise in metres, or `None` if they do not change.
 fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> Option<f64> {
     let values: Vec<DVec3> = track.iter().map(|trs| trs.translation.as_dvec3()).collect();
     let metres = f64::from(work.metres);

@@ -1,8 +1,8 @@
-//! Estimates how fast a track changes at each moment, as the density of the jerk that the smoother allows.
+//! Estimates how fast a track changes in each frame, as the density of the jerk that the smoother allows.
 //!
 //! Each filter of a bank assumes one density. It predicts every frame from the frames before, and from the frames
 //! after. If the noise is known, the prediction error has a known variance, which gives each filter a likelihood.
-//! Likelihoods are summed around every moment. This is multiple-model adaptive estimation (Magill, "Optimal adaptive
+//! Likelihoods are summed around every frame. This is multiple-model adaptive estimation (Magill, "Optimal adaptive
 //! estimation of sampled stochastic processes", 1965) in both directions of time.
 
 use glam::DVec3;

@@ -3,7 +3,7 @@
 //! Rotations that are smoothed one by one do not fit together. While a foot stands, the rotations of the leg and the
 //! motion of the hips cancel, but their corrections do not. A standing foot and a waiting hand are at rest in the
 //! world. So their positions can be smoothed strongly, and the joints above follow them. The rotation of a joint about
-//! its own bone stays.
+//! its own bone does not change.
 
 use glam::{DVec3, Mat3, Quat, Vec3};
 use mocap_scene::math::quaternion::exp;

@@ -37,7 +37,7 @@ const LEAST_FLIGHT: usize = 6;
 /// tenth.
 const LEAST_BEND: f64 = 0.05;
 
-/// The largest distance of the centre of mass from the parabola, as a fraction of the rise. Masses are those of an
+/// The largest distance of the centre of mass from the parabola, as a fraction of the rise. The masses are from an
 /// average body.
 const BESIDE: f64 = 0.15;
 /// The largest relative difference between the rates of two flights.
@@ -121,7 +121,7 @@ pub(super) enum RateEvidence {
     /// The true rate is `rate`: at this rate `flights` jumps fall by gravity, and at the file's rate by `fall` times
     /// gravity.
     Is { rate: f64, flights: usize, fall: f64 },
-    /// A text about what looks wrong. The rate is not certain.
+    /// A message about what looks wrong. The rate is not certain.
     Perhaps(String),
 }
 
@@ -237,7 +237,7 @@ impl Measured {
         is_flight.then(|| (GRAVITY / -bend).sqrt() as f32)
     }
 
-    /// A text about the rate if the steps of a walk are far too long or too short for their frequency.
+    /// A message about the rate if the steps of a walk are far too long or too short for their frequency.
     fn steps(&self, rate: f64) -> Option<String> {
         let landings = self.landings(rate);
         let steps: Vec<(f64, f64)> = landings

@@ -193,7 +193,7 @@ impl CleanReport {
 }
 
 impl CleanReport {
-    /// A text about why a part changed nothing; empty if no measure shows it.
+    /// A message about why a part changed nothing; empty if no measure shows it.
     fn why_nothing(&self, part: CleanPart, work: &Work<'_>) -> String {
         let now = &self.after;
         match part {
@@ -213,7 +213,7 @@ impl CleanReport {
         }
     }
 
-    /// A text about the measure that a part made worse.
+    /// A message about the measure that a part made worse.
     fn worse(
         &self,
         after: &CleanMeasures,

@@ -47,12 +47,12 @@ pub(super) struct TimeRepair {
     pub(super) frozen: usize,
     /// The rate of the file, and the rate of the motion if it differs.
     pub(super) rate: Option<[f64; 2]>,
-    /// A text about the evidence for this rate.
+    /// A message about the evidence for this rate.
     pub(super) tells: String,
 }
 
 /// Removes frames that repeat in a pattern, fills held frames, removes duplicates, inserts dropped frames, and corrects
-/// the rate. Also returns a text about a rate that looks wrong but stays.
+/// the rate. Also returns a message about a rate that looks wrong but is not changed.
 pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
     let stated = work.frames.rate;
     let repeated = without_repeated(work);
@@ -73,7 +73,7 @@ pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
     (done, doubt)
 }
 
-/// Removes frames that repeat the frame before in a pattern. Returns a text about the pattern.
+/// Removes frames that repeat the frame before in a pattern. Returns a message about the pattern.
 fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     if work.frames.ticks.last()?.fract() != 0.0 {
         return None;

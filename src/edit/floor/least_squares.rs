@@ -87,7 +87,7 @@ impl Solution {
     }
 }
 
-/// The weight of a residual that is `ratio` times the scale: Tukey's biweight. It is 0 from a ratio of 1 on.
+/// The weight of a residual that is `ratio` times the scale: Tukey's biweight. It is 0 for a ratio of 1 or more.
 pub(super) fn biweight(ratio: f64) -> f64 {
     match ratio.abs() < 1.0 {
         true => (1.0 - ratio * ratio).powi(2),

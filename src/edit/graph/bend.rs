@@ -1,6 +1,6 @@
 //! Bends a walk so that it follows its path closely. The remaining error is removed gradually: the walk is shifted and
 //! turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing", 2001).
-//! The sway of steps beside the path stays. Feet are locked afterwards, as in every walk.
+//! The sway of steps beside the path does not change. Feet are locked afterwards, as in every walk.
 
 use glam::DVec2;
 use mocap_scene::math::polyline::Polyline;
@@ -91,7 +91,7 @@ fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
     places.iter().map(next).collect()
 }
 
-/// The angle in radians from the direction of the places at a frame to the direction of the path.
+/// The angle in radians from the direction of motion at a frame to the direction of the path.
 fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half: usize) -> f64 {
     let (from, to) = (frame.saturating_sub(half), (frame + half).min(places.len() - 1));
     let (own, wanted) = (places[to] - places[from], path.at(along[to]) - path.at(along[from]));

@@ -91,8 +91,8 @@ impl GraphBuilder {
     /// Adds every animation of a scene, which was read from `file`.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is none, [`Code::InvalidValue`] where the skeleton differs from that of the
-    /// earlier clips, [`Code::LimitExceeded`] for a motion that is too long.
+    /// [`Code::NoMotion`] where there is none, [`Code::InvalidValue`] where the skeleton differs from the skeleton of
+    /// the earlier clips, [`Code::LimitExceeded`] for a motion that is too long.
     pub fn add(&mut self, file: &str, scene: &Scene) -> Result<()> {
         if scene.animations.is_empty() {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());

@@ -127,8 +127,8 @@ impl Window {
         }
     }
 
-    /// The distances between the windows of `a` that begin at `rows` and those of `b` that begin at `columns`, row by
-    /// row.
+    /// The distances between the windows of `a` that begin at `rows` and the windows of `b` that begin at `columns`,
+    /// row by row.
     pub fn distances(
         &self,
         space: &CloudSpace,

@@ -91,8 +91,8 @@ impl NeighbourIndex {
         &self.blocks
     }
 
-    /// Finds the blocks from `place` on that have windows within the root of `limit` of windows of this block. Each
-    /// result has its place and bits: for each window of this block, the near windows of the other.
+    /// Finds the blocks, starting at `place`, that have windows within the root of `limit` of windows of this block.
+    /// Each result has its place and bits: for each window of this block, the near windows of the other.
     pub fn of(&self, place: usize, limit: f32, found: &mut Vec<(usize, [u8; LANES])>) {
         found.clear();
         let own = self.own_box(place);

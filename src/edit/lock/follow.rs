@@ -145,8 +145,8 @@ impl FootFollower {
         resting.min_by(|(_, a), (_, b)| a.length().total_cmp(&b.length()))
     }
 
-    /// The change of the shift from a frame to the next. A foot at rest is held. A foot near the ground moves as the
-    /// source's foot. `held` adds up the distance by which it was held back.
+    /// The change of the shift between two frames. A foot at rest keeps its position. A foot near the ground moves like
+    /// the source's foot. `held` accumulates the distance between the source's foot and the foot at rest.
     fn change(&self, frame: usize, up: Vec3, held: &mut Vec3, gives_way: f32) -> Vec3 {
         if let Some((point, followed)) = self.slowest_at_rest(frame) {
             // Reduces the distance slowly: if the source's feet slide all the time, the body would leave its feet

@@ -18,7 +18,8 @@ const NEAR: f32 = 0.02;
 /// The offset from its level that a foot keeps, in metres. Soles of shoes differ by as much.
 const LEAST: f32 = 0.01;
 
-/// The offset from which on a foot stands on something else, in metres. It is below the 0.15 m of a stair.
+/// The smallest height offset, in metres, at which a foot stands on an object instead of the ground. It is below the
+/// 0.15 m of a stair.
 const FARTHEST: f32 = 0.1;
 
 /// A locked foot.
@@ -64,7 +65,7 @@ impl Hold {
     }
 
     /// Lifts or lowers the foot to its level in each contact. The offset is smoothed over `blend` frames, so it is
-    /// constant in a short contact and changes slowly in a long one. If the level is unknown, the foot stays.
+    /// constant in a short contact and changes slowly in a long one. If the level is unknown, the foot is not moved.
     pub(super) fn level(&mut self, up: Vec3, blend: usize) {
         if self.levels.iter().all(Option::is_none) {
             return;

@@ -33,7 +33,7 @@ pub(super) trait Foot {
     /// The shifts over the ground that remove the slide, in the frames in which the foot is on the ground.
     fn known_shifts(&self, up: Vec3, frames_per_second: f32) -> Vec<Option<Vec3>>;
 
-    /// Whether the foot must rotate in a frame, even if hips and ankle stay.
+    /// Whether the foot must rotate in a frame, even if hips and ankle do not move.
     fn turns(&self, frame: usize) -> bool;
 
     /// The height by which the foot may stay above its goal.
@@ -167,7 +167,7 @@ impl LegTrack {
         }
     }
 
-    /// Replaces the contact points of a frame by those of `pose`.
+    /// Replaces the contact points of a frame with the contact points of `pose`.
     pub(super) fn replace_points(&mut self, frame: usize, pose: &Pose) {
         for point in &mut self.points {
             point.positions[frame] = pose.position(point.node);

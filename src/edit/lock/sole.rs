@@ -92,7 +92,7 @@ pub(super) fn world_axis(pose: &Pose, joint: NodeId, axis: Vec3) -> Vec3 {
     Trs::from_matrix(pose.node_to_world[joint.index()]).rotation * axis
 }
 
-/// The sine of the angle below the horizontal from which on a foot counts as steep: about 60 degrees.
+/// The sine of the smallest angle below the horizontal at which a foot counts as steep: about 60 degrees.
 const STEEP: f32 = 0.87;
 
 /// The angle about `axis` that brings the end of `offset` to a height. `axis` lies across a flat foot, and the angle
@@ -192,7 +192,7 @@ impl Hinge {
     }
 }
 
-/// The least angle from 0 on at which a cos + b sin reaches `wanted`, or its maximum if it never does.
+/// The least angle of at least 0 at which a cos + b sin reaches `wanted`, or its maximum if it never does.
 fn least_angle([a, b]: [f32; 2], wanted: f32) -> f32 {
     let largest = a.hypot(b);
     if a >= wanted || largest <= f32::EPSILON {
