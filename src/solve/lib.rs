@@ -47,7 +47,7 @@ pub use self::set::{JointSet, Lengths};
 
 impl JointSet {
     /// Replaces the points of `scene` with a skeleton that has rotations. The scene keeps its name, its rate and its
-    /// unit. The joints are those of this set. +Y becomes up: up is the average direction of the spine.
+    /// unit. The set determines the joints. +Y becomes up: up is the average direction of the spine.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -57,7 +57,7 @@ impl JointSet {
     /// let set = r#"[{"name": "hips", "bone": "hips", "points": ["no such marker"]}]"#;
     /// let error = JointSet::from_json("my joints", set)?.solve(&mut scene).unwrap_err();
     /// assert!(error.to_string().contains("missing: no such marker"));
-    /// // Readers do it where the joints are named, and for arrays with those of SMPL.
+    /// // Readers do it where the joints are named, and for arrays with the joints of SMPL.
     /// let scene = mocap::import("fixtures/arrays/points_smpl22.npy")?;
     /// assert!(scene.animations[0].channels.iter().any(|channel| channel.rotation_keys.len() > 1));
     /// # Ok::<(), mocap::Error>(())

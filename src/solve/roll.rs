@@ -10,7 +10,7 @@ use mocap_scene::math::directions::arc;
 /// backwards, would roll the limb by half a turn.
 const TELLS: f32 = 20.0;
 
-/// The bend in degrees from which on a frame shows the roll, if no frame has a bend of [`TELLS`].
+/// The smallest bend in degrees at which a frame shows the roll, if no frame has a bend of [`TELLS`].
 const TELLS_LITTLE: f32 = 6.0;
 
 /// The fastest change of roll from one frame to the next, in degrees, in addition to the rotation of the limb itself.

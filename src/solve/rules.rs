@@ -78,7 +78,7 @@ impl Rules {
 
 /// The child whose direction differs most from the direction of `child`, if it differs enough.
 fn beside(set: &JointSet, points: &Points, joint: usize, child: usize) -> Option<usize> {
-    /// The angle in degrees from which on two directions determine a roll.
+    /// The smallest angle in degrees at which two directions determine a roll.
     const LEAST: f32 = 10.0;
     let angle = |second: &usize| {
         points.median(|frame| {

@@ -141,7 +141,7 @@ impl Solver<'_> {
         above.iter().enumerate().map(aimed).collect()
     }
 
-    /// Like [`aim`](Self::aim), with the roll that puts a second child where it is in the median of the motion.
+    /// Like [`aim`](Self::aim), with the roll that puts a second child at its median position in the motion.
     fn pair(
         &mut self,
         joint: usize,

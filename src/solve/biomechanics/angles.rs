@@ -11,10 +11,10 @@ use super::segments::Segments;
 /// The joint angles of a humanoid, and the position of its pelvis, in every frame. The columns have the names of
 /// OpenSim's models where OpenSim has the angle.
 ///
-/// An angle is the rotation of the distal segment's axes relative to the proximal segment's axes. The axes are those of
-/// the International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right. All
-/// angles are 0 for a body that stands with hanging arms and palms forward. They are in degrees, and continuous,
-/// without jumps of 360. Angles of the left side have the signs of the right side.
+/// An angle is the rotation of the distal segment's axes relative to the proximal segment's axes. The axes follow the
+/// International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right. All angles
+/// are 0 for a body that stands with hanging arms and palms forward. They are in degrees, and continuous, without jumps
+/// of 360. Angles of the left side have the signs of the right side.
 ///
 /// | columns | rotations, in order, about the rotated axes | positive |
 /// |---|---|---|

@@ -28,8 +28,8 @@ pub(super) const COLUMNS: [(&str, &str); 9] = [
 
 impl TimeSeries {
     /// The ground reaction forces on the body, for each force plate of the scene's file. A row has the force in
-    /// newtons, the centre of pressure in metres, and the free moment about it in newton metres. The axes are those of
-    /// the scene as it was read, with +Y up. Centre and moment are 0 while the vertical force is below 10 N.
+    /// newtons, the centre of pressure in metres, and the free moment about it in newton metres. The axes are the axes
+    /// of the scene as it was read, with +Y up. Centre and moment are 0 while the vertical force is below 10 N.
     ///
     /// # Errors
     /// [`Code::NoMotion`] if the file has no force plates, or none of a known type.

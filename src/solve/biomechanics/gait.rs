@@ -6,13 +6,13 @@
 //!
 //! The heel strikes some hundredths of a second after the foremost position: when the midpoint of ankle and ball
 //! descends fastest (O'Connor and others, 2007). In a run the toes leave the ground before their rearmost position.
-//! There the toe-off is the last moment in which they are slow (Ghoussayni and others, 2004). If the load of a force
+//! There the toe-off is the last frame in which they are slow (Ghoussayni and others, 2004). If the load of a force
 //! plate begins or ends near such an event, the time of the load is used. If the file states the events, as C3D files
-//! of laboratories do, those events are used instead.
+//! of laboratories do, these events are used instead.
 //!
-//! Step lengths and widths are those of Huxham and others (2006). A stride goes from one heel strike of a foot to its
-//! next heel strike. The heel strike of the other foot divides the stride. The distance of that strike from the line of
-//! the stride is the step width.
+//! Step lengths and widths follow Huxham and others (2006). A stride goes from one heel strike of a foot to its next
+//! heel strike. The heel strike of the other foot divides the stride. The distance of that strike from the line of the
+//! stride is the step width.
 
 use glam::{DVec2, DVec3};
 use mocap_figure::Figure;

@@ -1,6 +1,6 @@
 //! Fits a pose to the markers of a frame: damped Gauss-Newton with robust weights, from a nearby pose.
 //!
-//! The weights are those of Geman and McClure (1987): a distant marker, such as a reflection or a swapped label, pulls
+//! The weights follow Geman and McClure (1987): a distant marker, such as a reflection or a swapped label, pulls
 //! little.
 
 use glam::{DMat3, DQuat, DVec3};

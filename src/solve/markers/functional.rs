@@ -13,7 +13,7 @@ const FRAMES: usize = 300;
 /// The number of markers that determine how a segment moves.
 const CLUSTER: usize = 3;
 
-/// The mean of 2 - 2 cos(angle) of a joint from which on its motion determines its axis: the value for angles of 10
+/// The mean of 2 - 2 cos(angle) of a joint at or above which its motion determines its axis: the value for angles of 10
 /// degrees.
 const LEAST_MOTION: f64 = 0.03;
 

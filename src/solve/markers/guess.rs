@@ -7,8 +7,9 @@
 //! 3. In each body region, height, side and rigidity determine the landmarks: an ankle is rigid to shank and foot, an
 //!    elbow to upper arm and forearm.
 //!
-//! Heights are those of standing adults, as fractions of the body height: ankle 0.039, knee 0.285, hip 0.53, shoulder
-//! 0.82. The source is Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of Human Movement.
+//! Heights are measured on standing adults, as fractions of the body height: ankle 0.039, knee 0.285, hip 0.53,
+//! shoulder 0.82. The source is Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of Human
+//! Movement.
 
 use glam::DVec3;
 use mocap_scene::math::median::percentile;

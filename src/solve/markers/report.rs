@@ -21,7 +21,7 @@ const NAMED: usize = 20;
 /// The standard deviation in metres below which a joint is not mentioned.
 const KNOWN: f64 = 0.005;
 
-/// The report as data.
+/// Builds the machine-readable report.
 pub(super) fn solved(
     scene: &Scene,
     take: &Take,

@@ -1,5 +1,5 @@
-//! Removes markers that are out of place for a moment: reflections, or markers with the label of another marker. Their
-//! distances to rigid neighbours reveal them.
+//! Removes markers that are out of place for a short time: reflections, or markers with the label of another marker.
+//! Their distances to rigid neighbours reveal them.
 
 use glam::DVec3;
 use mocap_scene::math::median::median;
