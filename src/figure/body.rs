@@ -15,9 +15,9 @@ use crate::report::{TPoseBone, TPoseReason, TPoseSource};
 use crate::t_pose::{self, limb_end};
 use crate::{Confidence, Figure, HumanoidBone as Bone, TPose};
 
-/// With fewer frames than this, all frames may show one moment of a step. This was measured on motions whose rest pose
-/// does not stand. In excerpts of 20 to 24 frames, feet, pelvis and head deviate by up to 37 degrees from the whole
-/// motion.
+/// With fewer frames than this, all frames may show one part of a step. This was measured on motions whose rest pose is
+/// not a standing pose. In excerpts of 20 to 24 frames, feet, pelvis and head deviate by up to 37 degrees from the
+/// whole motion.
 const FEW_FRAMES: usize = 30;
 
 /// With fewer frames than this, the motion is no evidence.

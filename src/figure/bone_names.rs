@@ -136,7 +136,7 @@ impl BoneNames {
         let column = match self {
             Self::Vrm => return Some(bone.as_str().to_owned()),
             Self::Godot => return Some(capitalized(bone.as_str())),
-            // Unity numbers the joints of a thumb like those of a finger.
+            // Unity numbers the joints of a thumb like the joints of a finger.
             Self::Unity => {
                 let name = capitalized(bone.as_str());
                 let name = name.replace("ThumbProximal", "ThumbIntermediate");

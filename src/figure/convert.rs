@@ -289,12 +289,12 @@ impl Conversion {
         self
     }
 
-    /// The first and the last moment to keep; `None` for the start and the end of the motion.
+    /// The first and the last time to keep; `None` for the start and the end of the motion.
     ///
     /// Default: the whole motion.
     ///
-    /// Both ends are included. It is an error if the first moment is after the last frame, or the last moment before
-    /// the first. A last moment after the last frame means the last frame.
+    /// Both ends are included. It is an error if the first time is after the last frame, or the last time before the
+    /// first. A last time after the last frame means the last frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

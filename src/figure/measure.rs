@@ -14,13 +14,13 @@ use super::unit::{Unit, family_unit, unit_of};
 use mocap_scene::scene::report::Guess;
 
 /// The largest asymmetry of a bind pose, in degrees: the angle between a bone and the mirrored bone of the other side.
-/// Bind poses of the fixtures differ by up to 6 degrees, most by 0. A pose with a larger asymmetry is a moment of a
+/// Bind poses of the fixtures differ by up to 6 degrees, most by 0. A pose with a larger asymmetry is a frame of a
 /// motion, with arbitrary roll of the limbs.
 const LOPSIDED: f32 = 18.0;
 
 /// The asymmetry in degrees above which a rest pose must lie along the axes of its world. The rest poses of the
-/// fixtures lie along these axes exactly. A few moments of motions look like a T-pose, with an asymmetry below 18
-/// degrees, but are 6 to 10 degrees off the axes. The hip joints of SMPL's bodies are 7 degrees from level, and their
+/// fixtures lie along these axes exactly. A few frames of motions look like a T-pose, with an asymmetry below 18
+/// degrees, but are 6 to 10 degrees from the axes. The hip joints of SMPL's bodies are 7 degrees from level, and their
 /// shoulders are level.
 const SLANTING: f32 = 6.0;
 
@@ -132,7 +132,7 @@ impl<'a> Measures<'a> {
         stands.then_some(trunk)
     }
 
-    /// The reason why the rest pose is a moment of a motion and not a bind pose; `None` if it may be a bind pose.
+    /// The reason why the rest pose is a frame of a motion and not a bind pose; `None` if it may be a bind pose.
     fn is_a_moment(&self) -> Option<String> {
         let lopsided = self.lopsided().unwrap_or(0.0).to_degrees();
         if lopsided > LOPSIDED || lopsided > SLANTING && self.off_axes() > Some(ALONG_AN_AXIS) {

@@ -41,7 +41,7 @@ const NEAR_SKIN: f32 = 0.05;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Rig {
-    /// The nodes and meshes, without animations. Node ids differ from those of the file.
+    /// The nodes and meshes, without animations. Node ids differ from the ids in the file.
     pub scene: Scene,
     /// The node of the file for each node of `scene`.
     to_file: Vec<NodeId>,

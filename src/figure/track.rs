@@ -78,7 +78,7 @@ pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let segment = from.segment(bone);
     let end = limb_end(bone).and_then(|end| from.joint(end));
     // Several joints can share a twist. Then the last joint has the whole twist of a thigh or an upper arm. In a shin
-    // or a forearm, the first joint has no part of the twist that comes from the foot or hand.
+    // or a forearm, the twist comes from the foot or hand, and the first joint has none of it.
     let twisted = if is_twisted_at_beginning(bone) {
         segment.last()
     } else {

@@ -21,7 +21,7 @@ const FIXED: f32 = 0.21;
 /// it.
 const WIDEST: f32 = 0.9;
 
-/// The angle in radians at which an axis has half the weight in the mean.
+/// The angle in radians at which an axis has half the weight in the average.
 const HALF_WEIGHT: f32 = 0.15;
 
 /// The cosine of the largest angle between a bone and the axis of a joint whose coordinate frame lies along the bone:

@@ -55,9 +55,9 @@ impl Moment {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeRange {
-    /// The first moment. Default: the beginning.
+    /// The first time. Default: the beginning.
     pub first: Option<Moment>,
-    /// The last moment. Default: the end.
+    /// The last time. Default: the end.
     pub last: Option<Moment>,
 }
 

@@ -98,7 +98,7 @@ fn gather(tree: &Tree, above: usize, chains: &mut Vec<Vec<usize>>, depth: usize)
     }
 }
 
-/// The joints from `start` on, up to the first joint with several children.
+/// The joints from `start` up to the first joint with several children.
 fn unbranched(tree: &Tree, start: usize) -> Vec<usize> {
     let mut chain = vec![start];
     let mut node = start;

@@ -377,7 +377,7 @@ fn arm(chain: &Chain<'_>, indices: [Option<usize>; 4], tally: &mut impl Tally) -
     free_arm(chain, indices, tally)
 }
 
-/// The evidence of an arm from the upper arm on.
+/// The evidence of an arm, starting at the upper arm.
 fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return 0.0;
