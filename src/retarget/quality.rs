@@ -104,9 +104,9 @@ const OFTEN_INSIDE: f64 = 0.02;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LockedFeet {
-    /// The largest ratio of a foot's speed to its speed without the lock around that moment: at most 1.2.
+    /// The largest ratio of a foot's speed to its speed without the lock around that frame: at most 1.2.
     pub speed_ratio: f32,
-    /// The largest ratio of a foot's acceleration to its acceleration without the lock around that moment: at most 1.5.
+    /// The largest ratio of a foot's acceleration to its acceleration without the lock around that frame: at most 1.5.
     pub acceleration_ratio: f32,
     /// The number of frames in which the lock of the left and of the right foot was relaxed.
     pub given_way: [usize; 2],

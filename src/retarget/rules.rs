@@ -1,5 +1,4 @@
-//! The rules by which one joint follows others, pose by pose: for one pose, or for as many at once as a vector has
-//! lanes.
+//! The rules by which a joint follows other joints. They apply to one pose, or to several poses at once with SIMD.
 
 use glam::{Quat, Vec3};
 

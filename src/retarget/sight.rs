@@ -98,7 +98,7 @@ struct Angles {
     aspect: Aspect,
     bone: Bone,
     all: Vec<(f32, f64)>,
-    /// The weight of each angle in the mean.
+    /// The weight of each angle in the mean angle.
     weights: Vec<f32>,
 }
 

@@ -19,7 +19,7 @@ const DIRECTIONS: usize = 36;
 /// edge below its outline.
 const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
-/// The smallest weight of the foot's joints for a vertex of the foot.
+/// The smallest total skin weight of the foot's joints at which a vertex belongs to the foot.
 const OF_FOOT: f32 = 0.9;
 
 /// A foot in a skin.

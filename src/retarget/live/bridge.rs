@@ -178,7 +178,7 @@ impl VmcBridge {
         self.problem.as_ref()
     }
 
-    /// Receives a packet, with its time of arrival in seconds since any moment, and returns the packets that are due.
+    /// Receives a packet, with its time of arrival in seconds since a fixed time, and returns the packets that are due.
     /// Malformed messages are counted.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Vec<u8>> {
         self.counts.packets += 1;

@@ -80,7 +80,7 @@ impl VmcCleaner {
         })
     }
 
-    /// Receives a packet, with its time of arrival in seconds since any moment, and returns the packets that are due.
+    /// Receives a packet, with its time of arrival in seconds since a fixed time, and returns the packets that are due.
     /// Packets that are not OSC are dropped.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Vec<u8>> {
         let mut given = Vec::new();

@@ -14,7 +14,7 @@ const LONGEST_DELAY: f64 = 1.0;
 /// missing, or not later than the previous time. A 32-bit clock that has run for days repeats its values.
 const MOST_IRREGULAR: f64 = 0.05;
 
-/// The time of a frame by the sender's clock, and its time of arrival, in seconds since any moment.
+/// The time of a frame by the sender's clock, and its time of arrival, in seconds since a fixed time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameTime {
     pub(super) sender: Option<f64>,

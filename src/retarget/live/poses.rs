@@ -57,7 +57,7 @@ impl VmcPoses {
         self.begun.as_ref().map(|(scene, _)| scene)
     }
 
-    /// Receives a packet, with its time of arrival in seconds since any moment, and returns the poses of completed
+    /// Receives a packet, with its time of arrival in seconds since a fixed time, and returns the poses of completed
     /// frames. Packets that are not OSC are dropped.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Pose> {
         if self.begun.is_none() {

@@ -93,7 +93,7 @@ impl VmcRecorder {
         self.keys >= MOST_KEYS
     }
 
-    /// Receives a packet, with its time of arrival in seconds since any moment. Malformed messages are counted.
+    /// Receives a packet, with its time of arrival in seconds since a fixed time. Malformed messages are counted.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) {
         self.counts.packets += 1;
         let Some(messages) = messages(packet) else {

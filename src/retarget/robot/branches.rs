@@ -184,7 +184,7 @@ impl Limb {
         true
     }
 
-    /// The track of the limb in a motion, from the frame `first` on.
+    /// The track of the limb in a motion, starting at the frame `first`.
     pub fn track(&self, kinematics: &Kinematics, goals: &[Goals], motion: &RobotMotion, first: usize) -> Track {
         let mut pose = kinematics.rest();
         let costs = goals.iter().enumerate().map(|(frame, goals)| {

@@ -17,7 +17,7 @@ const SHARED: f64 = 1e-6;
 /// The largest number of steps of Newton's method, which limits the time of a frame.
 const STEPS: usize = 60;
 
-/// The slope at which Newton's method ends, in units of the robot's weight: rounding.
+/// The gradient norm at which Newton's method stops, relative to the robot's weight: the level of rounding errors.
 const FLAT: f64 = 1e-10;
 
 /// The components of a force and a moment.

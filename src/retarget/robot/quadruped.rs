@@ -52,7 +52,7 @@ const RETURN: f64 = 0.2;
 /// The largest distance of a held foot from its paw, as a fraction of the leg. Bends of the spine move paws this far.
 const FARTHEST_HELD: f64 = 0.3;
 
-/// The fraction of the straight leg within which feet stay. The knee of a straight leg would jump.
+/// The fraction of the straight leg within which feet are held. The knee of a straight leg would jump.
 const WITHIN_REACH: f64 = 0.97;
 
 /// The largest height at which the file's floor counts as at height 0, as a fraction of the leg. Joints of paws are

@@ -32,7 +32,8 @@ pub(super) struct Steps {
     /// For each frame and each limb, the rotation in the source since the previous frame, in radians.
     turned: Vec<[f64; LIMBS]>,
     source: SourceRotations,
-    /// The step of a joint in a frame that is always allowed.
+    /// The largest step of a joint per frame that is allowed without a corresponding rotation in the source, in radians
+    /// or metres.
     free: f64,
 }
 
@@ -109,7 +110,7 @@ impl Steps {
 
     /// Shortens steps that are too long. The result is the mean of two motions with short enough steps: the largest
     /// motion below `values` and the smallest motion above. So earlier and later frames meet in the middle. `values`
-    /// has the frames from `first` on. `before` is the value of the previous frame, which does not change.
+    /// has the frames that start at `first`. `before` is the value of the previous frame, which does not change.
     pub(super) fn keep(&self, position: usize, first: usize, before: Option<f64>, values: &mut [f64]) {
         let most = |index: usize| self.most(first + index, position);
         let is_kept = |from: f64, to: f64, index: usize| (to - from).abs() <= most(index);

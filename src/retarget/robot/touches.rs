@@ -82,7 +82,7 @@ impl LinkSeparation {
         self.pushes.extend(pushes);
     }
 
-    /// Keeps the terms that still push after a step. The step has the frames from `first` on, each with `size`
+    /// Keeps the terms that still push after a step. The step has the frames that start at `first`, each with `size`
     /// unknowns.
     pub(super) fn settle(&mut self, step: &[f64], first: usize, size: usize) {
         self.is_first = false;

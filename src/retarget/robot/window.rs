@@ -106,8 +106,8 @@ impl Windows {
         }
     }
 
-    /// Smooths the last frames of a motion, from `begin` on, after a new frame has arrived. `first` is the result of
-    /// the first pass for the same frames.
+    /// Smooths the last frames of a motion, starting at `begin`, after a new frame has arrived. `first` is the result
+    /// of the first pass for the same frames.
     pub(super) fn slide(
         &mut self,
         kinematics: &Kinematics,

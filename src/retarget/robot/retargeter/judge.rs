@@ -19,7 +19,7 @@ const SAME_RATE: f64 = 1e-3;
 
 impl RobotRetargeter {
     /// Measures how well a motion of the robot follows an animation of `source`, by its index. Any program may have
-    /// written the motion, and the motion is not changed. Both have the same frame rate and begin at the same moment.
+    /// written the motion, and the motion is not changed. Both have the same frame rate and begin at the same time.
     /// Frames that one of the motions lacks are not compared.
     ///
     /// ```
