@@ -26,7 +26,7 @@ pub struct Gamepad {
     rows: Vec<Row>,
 }
 
-/// The positions of the sticks from `seconds` on.
+/// The positions of the sticks, starting at `seconds`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {

@@ -19,7 +19,8 @@ use crate::survey::{Condition, Fingerprint, LIMBS, WIDTH, are_of_one_take, mirro
 /// The largest factor by which a part may be faster or slower than the query. Beyond it, the part looks like another
 /// movement.
 const PACE: f64 = 1.2;
-/// The additional tolerance before the last sample, in samples, because j steps by whole samples.
+/// The additional tolerance for all samples except the last, in samples, because the alignment advances by whole
+/// samples.
 const SLACK: f64 = 1.0;
 /// Weights of the squared differences of the numbers after the limbs: height of the hips, speed sideways, speed
 /// forward, speed of turning.
@@ -286,8 +287,8 @@ impl Warp {
         }
     }
 
-    /// The least cost of the query along a clip of `count` samples from `first` on, and the number of samples to the
-    /// end of the part.
+    /// The least cost of the query along a clip of `count` samples, starting at `first`, and the number of samples to
+    /// the end of the part.
     fn best(&mut self, costs: &[Vec<i32>], first: usize, count: usize) -> Option<(i64, usize)> {
         let queries = costs.len();
         self.row.fill(NO_PATH);

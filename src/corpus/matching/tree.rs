@@ -309,7 +309,8 @@ fn add_outside(sum: &mut Lanes, value: f32, boxes: &Boxes, column: usize) {
     }
 }
 
-/// The sums of eight frames or boxes, in the order of [`squared_distance`].
+/// The total distances of eight frames or boxes. The partial sums are added in the order of [`squared_distance`], so
+/// that the rounding is the same.
 #[inline(always)]
 fn total([a, b, c, d]: &[Lanes; SUMS]) -> Lanes {
     let mut total = [0.0; FAN];

@@ -4,7 +4,7 @@
 //!
 //! | activity | rule |
 //! |---|---|
-//! | lies | the trunk is more than 60 degrees off the vertical, and the hips lower than half a leg above the floor |
+//! | lies | the trunk is more than 60 degrees from the vertical, and the hips lower than half a leg above the floor |
 //! | jumps | both feet are more than a tenth of a leg above where they rest, for 0.15 s to 1.2 s, 0.35 s where the body runs |
 //! | runs | the hips move at 2.2 m/s or more |
 //! | walks | the hips move at 0.4 m/s or more |

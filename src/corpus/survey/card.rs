@@ -160,7 +160,7 @@ fn figure(mut scene: Scene, row: &ClipRow) -> Option<Value> {
     Some(shown)
 }
 
-/// The first shown frame: the begin of a short clip, or a moment before the worst finding of a long clip.
+/// The first shown frame: the first frame of a short clip, or a frame shortly before the worst finding of a long clip.
 fn first_shown(motion: &Motion, row: &ClipRow) -> usize {
     let worst = row.reasons.split(' ').next().unwrap_or_default();
     let mut findings = row.defects.iter().filter(|defect| defect.kind.as_str() == worst);

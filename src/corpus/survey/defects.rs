@@ -140,7 +140,8 @@ fn ramp(value: f32, from: f32, to: f32) -> f32 {
     ((value - from) / (to - from)).clamp(0.0, 1.0)
 }
 
-/// The confidence of a finding, linear in its amount: 0.5 at the threshold `least`, and 1 from twice the threshold on.
+/// The confidence of a finding, linear in its amount: 0.5 at the threshold `least`, and 1 at twice the threshold or
+/// more.
 fn confidence(amount: f32, least: f32) -> f64 {
     f64::from((0.5 * amount / least.max(f32::MIN_POSITIVE)).clamp(0.5, 1.0))
 }

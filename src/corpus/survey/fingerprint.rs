@@ -58,8 +58,8 @@ impl Fingerprint {
         Self::through(motion, &window, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
     }
 
-    /// `samples` samples at another rate, from frame `from` on. A speed is the speed since the previous sample, which
-    /// may lie before `from`.
+    /// `samples` samples at another rate, starting at frame `from`. A speed is the speed since the previous sample,
+    /// which may lie before `from`.
     pub(crate) fn sampled(motion: &Motion, rate: f64, from: f64, samples: usize) -> Self {
         Self::through(motion, &Window::moment(), rate, from, samples)
     }
@@ -96,8 +96,8 @@ impl Fingerprint {
     }
 }
 
-/// The frames around a moment with their weights: a low-pass filter. Without the filter, two copies sampled at
-/// different moments would differ in motion faster than the sample rate (aliasing).
+/// The frames around a time with their weights: a low-pass filter. Without the filter, two copies sampled at different
+/// times would differ in motion faster than the sample rate (aliasing).
 struct Window {
     /// Offsets in frames, with weights.
     parts: Vec<(f64, f32)>,
@@ -141,7 +141,7 @@ impl Window {
     }
 }
 
-/// A moment between two frames, with its weight.
+/// A time between two frames, with its weight.
 struct Part {
     frames: [usize; 2],
     fraction: f32,

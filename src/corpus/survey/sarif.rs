@@ -8,8 +8,8 @@ use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
 
 impl Corpus {
-    /// The findings as SARIF 2.1.0. A finding is an error from the bad threshold of its kind on, and a warning below. A
-    /// property is a note. An unreadable file is an error.
+    /// The findings as SARIF 2.1.0. A finding is an error at or above the bad threshold of its kind, and a warning
+    /// below it. A property is a note. An unreadable file is an error.
     pub fn to_sarif(&self, thresholds: &Thresholds) -> String {
         let rule = |kind: &DefectKind| json!({"id": kind.as_str(), "shortDescription": {"text": kind.help()}});
         let mut rules: Vec<Value> = DefectKind::ALL.iter().map(rule).collect();
@@ -56,7 +56,7 @@ fn results(row: &ClipRow, thresholds: &Thresholds) -> Vec<Value> {
     row.defects.iter().map(of).collect()
 }
 
-/// A path as a URI: letters, digits, `-._~` and slashes stay, all other bytes are escaped.
+/// A path as a URI: letters, digits, `-._~` and slashes are kept, all other bytes are escaped.
 fn uri(path: &str) -> String {
     let escaped = |byte: u8| match byte {
         b'\\' => "/".to_owned(),

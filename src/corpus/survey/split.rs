@@ -142,7 +142,7 @@ fn without_person(rows: &[&ClipRow]) -> mocap_scene::error::Error {
         .into()
 }
 
-/// The part that the hash of a text selects.
+/// The part that the hash of a string selects.
 fn part_of(key: &str, parts: &[f64]) -> Option<usize> {
     let hash = Sha256::digest(key.as_bytes());
     let head = hash.first_chunk::<8>()?;

@@ -44,7 +44,7 @@ const HELD_SPEED: f32 = 0.1;
 const HELD: f64 = 0.5;
 
 /// A T-pose counts as the beginning or the end of a clip within this time, in seconds. A person who is told to take a
-/// T-pose needs a moment.
+/// T-pose needs a short time.
 const BEGINS: f64 = 0.25;
 
 /// The speed of a hand relative to the hips, from one frame to the next, above which a body snaps into a T-pose, in

@@ -10,8 +10,8 @@ use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
 /// The least height of the lowest joint of a floating body, in metres: a thick sole.
 const HOVERS: f32 = 0.04;
 
-/// Heights of the lowest joint, in leg lengths. From the first on, an object may carry the body; from the second on, it
-/// must. The hips of a lying body are lower.
+/// Heights of the lowest joint, in leg lengths. At the first height or more, an object may carry the body; at the
+/// second height or more, it must. The hips of a lying body are lower.
 const CARRIED: [f32; 2] = [0.2, 0.3];
 /// The durations from which hovering counts, and counts fully, in seconds.
 const SHORTEST: [f32; 2] = [0.2, 0.3];

@@ -265,7 +265,7 @@ impl Best {
 struct Both<'a> {
     a: &'a Track,
     b: &'a Track,
-    /// The weight of each limb in the mean. Limbs that one body lacks have weight 0.
+    /// The weight of each limb in the mean distance. Limbs that one body lacks have weight 0.
     weights: [Vec4; QUADS],
 }
 
@@ -291,7 +291,7 @@ impl<'a> Both<'a> {
         (to + 1 >= from + SHORTEST && self.b.moved[to] - self.b.moved[from] >= MOVES).then_some(from..=to)
     }
 
-    /// The distance of limbs between copies that different sampling moments cause.
+    /// The distance of limbs between copies that different sampling times cause.
     fn off_a_line(&self) -> f32 {
         let bend = 0.5 * (self.a.bend + self.b.bend);
         OFF_A_LINE * bend + OFF_IF_ERRATIC * (bend - ERRATIC).max(0.0)
