@@ -110,7 +110,8 @@
 //!
 //! Positions, rotations and matrices are types of [`glam`], which is re-exported: use `mocap::glam`, and the versions
 //! agree. A program that has another version of glam, or another library, takes arrays; they need no type of this one.
-//! [`Pose::node_to_world_arrays`] has those of a whole pose, without a copy; single values become arrays by themselves:
+//! [`Pose::node_to_world_arrays`] has the arrays of a whole pose, without a copy; single values become arrays by
+//! themselves:
 //!
 //! ```
 //! let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

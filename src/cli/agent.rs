@@ -3,7 +3,7 @@
 //! A tool is a command. It has the arguments of the command line ([`schema`]), and calls the functions of the command
 //! ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds their length, and
 //! [`reports`] keeps the reports of a session. The server answers requests without files at once. Each call of a tool
-//! runs in a separate process ([`work`]), so that the server can end it at any moment. [`calls`] has the waiting and
+//! runs in a separate process ([`work`]), so that the server can end it at any time. [`calls`] has the waiting and
 //! running calls.
 
 #[doc(hidden)]

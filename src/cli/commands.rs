@@ -154,7 +154,7 @@ enum Place {
     Data,
     /// Standard error, unless `--quiet`: the result is a file.
     Message,
-    /// Standard output with colours: the report itself escapes texts from files.
+    /// Standard output with colours: the report itself escapes strings from files.
     Screen,
     /// As [`Screen`](Self::Screen), for one of many reports: its JSON is one line.
     Row,

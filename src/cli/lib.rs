@@ -110,7 +110,8 @@ fn run_command() -> u8 {
     mocap::spell_options(match args.command {
         // Agents name options without dashes.
         Command::Mcp(_) => |key| format!("\"{key}\""),
-        // In other commands, `--joints` has names.
+        // The library option `joints` is `--joint-set` on the command line, because `--joints` already takes joint
+        // names.
         _ => |key| match key {
             "joints" => "--joint-set".to_owned(),
             key => format!("--{key}"),

@@ -307,7 +307,7 @@ pub(crate) struct ManualPage {
     pub(crate) text: Option<String>,
 }
 
-/// Manual pages: a list as JSON, or their texts if they are not in files.
+/// Manual pages: a list as JSON, or their text if they are not in files.
 #[derive(Serialize)]
 #[serde(transparent)]
 pub(crate) struct ManualPages(pub(crate) Vec<ManualPage>);

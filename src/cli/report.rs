@@ -89,7 +89,7 @@ impl Voice<'_> {
     }
 }
 
-/// [`visible`], but line ends and tabs stay.
+/// [`visible`], but keeps line ends and tabs.
 pub fn visible_lines(text: &str) -> String {
     let parts = text.split_inclusive(['\n', '\t']).map(|part| {
         let shown = part.trim_end_matches(['\n', '\t']);

@@ -13,8 +13,8 @@ use super::candidates::{Candidates, DroppedComponents};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
 
-/// The coarsest lattice, from `coarsest` on, that keeps the error at every key frame within `tolerance`, with the keys.
-/// If no lattice does, the finest.
+/// The coarsest lattice, at most as coarse as `coarsest`, that keeps the error at every key frame within `tolerance`,
+/// with the keys. If no lattice does, the finest.
 pub fn select(
     joint: &Compensation,
     coarsest: Lattice,

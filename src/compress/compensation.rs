@@ -3,7 +3,7 @@
 //!
 //! Errors accumulate along a chain: a hand has the errors of all its ancestors. So the target of a joint is the
 //! rotation, relative to the lossy parent, that puts its children at their positions in the raw clip. The joint itself
-//! has a small error. At the end of a chain, the error is hardly more than that of the last joint.
+//! has a small error. At the end of a chain, the error is hardly more than the error of the last joint.
 //!
 //! N. Frechette calls this in-place correction: "Animation Compression: Error Compensation",
 //! <https://nfrechette.github.io/2016/12/22/anim_compression_error_compensation/>

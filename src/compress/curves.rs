@@ -15,7 +15,7 @@ use mocap_scene::scene::RotationOrder;
 
 use super::key_frames::{self, KeyFrames};
 
-/// The degrees between two keys of an angle from which on three.js adds keys of its own, and omits the second key.
+/// The smallest angle in degrees between two keys at which three.js adds keys of its own, and omits the second key.
 const LARGEST_SPAN: f64 = 180.0;
 
 /// The form in which a file states the rotation of a node relative to its parent.

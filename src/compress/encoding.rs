@@ -54,7 +54,8 @@ pub trait Encoding {
         1.0
     }
 
-    /// The form of a node's rotations in the file, for formats with [curves](super::curves).
+    /// How the file states the rotation of a node relative to its parent, for formats with [curves](super::curves).
+    /// Default: `None`.
     fn euler_angles(&self, _node: usize) -> Option<EulerAngles> {
         None
     }

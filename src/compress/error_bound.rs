@@ -103,7 +103,7 @@ impl ErrorBound {
         self
     }
 
-    /// The bound with every largest error multiplied by `fraction`. The shell distance stays.
+    /// The bound with every largest error multiplied by `fraction`. The shell distance does not change.
     #[doc(hidden)]
     pub fn tighter(mut self, fraction: f64) -> Self {
         self.max_error *= fraction;

@@ -79,7 +79,7 @@ impl LeverArms {
         let Some((arm, off)) = worst else {
             return Some(rotation * (goal / square.sqrt() - 1.0));
         };
-        // A rotation moves the end of the arm only at right angles to the arm. The error along the arm stays.
+        // A rotation moves the end of the arm only at right angles to the arm. The error along the arm does not change.
         let arm_square = arm.length_squared();
         let moment = arm.cross(off);
         let across = moment.length_squared() / arm_square.max(f32::MIN_POSITIVE);

@@ -8,10 +8,10 @@
 //! 1. `raw_clip` samples the animation at every frame. `object_space` is the space in which errors are measured.
 //! 2. `constant_tracks` makes tracks constant that hardly move anything.
 //! 3. `shared_key_frames`, `key_frames` and `fitted_keys` remove key frames, for the whole pose or for each track.
-//! 4. `encode` encodes joint by joint from the root on. The `error_metric` measures the effect of a rotation error,
-//!    with lever arms and a shell distance. `compensation` computes the rotation of a joint relative to its lossy
-//!    parent. `bit_rate` chooses the number of bits, and one of the `candidates` around that rotation, with the help of
-//!    the `trellis`. `quantize` has the number formats.
+//! 4. `encode` encodes joint by joint, starting at the root. The `error_metric` measures the effect of a rotation
+//!    error, with lever arms and a shell distance. `compensation` computes the rotation of a joint relative to its
+//!    lossy parent. `bit_rate` chooses the number of bits, and one of the `candidates` around that rotation, with the
+//!    help of the `trellis`. `quantize` has the number formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
 //! 7. `clip` is the result. For FBX it has `curves`.

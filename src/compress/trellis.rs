@@ -17,7 +17,7 @@ pub const CORNERS: usize = 8;
 /// group often need bits.
 const LOW_BYTE: f32 = 0.8;
 
-/// Additional bits for differences from 1, 2 and 8 on, which take 2, 4 and 8 bits.
+/// Additional bits for differences of at least 1, 2 and 8, which take 2, 4 and 8 bits.
 const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
 
 /// Bits of the high byte. It hardly ever changes, but a change costs bits for the whole group.

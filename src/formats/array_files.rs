@@ -8,7 +8,7 @@
 //! | `.csv`, `.json` of faces | `face`: ARKit blend shapes, from Live Link Face and MediaPipe |
 //! | `.parquet` | `parquet`: the arrays of this program; the claims of its pages are first checked against the file |
 //! | `.mot`, `.sto` | `mot`: text with named columns |
-//! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
+//! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and strings, and calls nothing |
 //!
 //! Names and shapes determine the meaning of the arrays (`layouts`):
 //!
@@ -174,7 +174,7 @@ fn is_pickle(bytes: &[u8]) -> bool {
     matches!(bytes, [0x80, 2..=5, first, ..] if matches!(first, b'}' | b']' | b'(' | b'c' | 0x95 | b')' | b'X' | 0x8c))
 }
 
-/// Whether a text has the end of an OpenSim header.
+/// Whether a string has the end of an OpenSim header.
 fn is_mot(bytes: &[u8]) -> bool {
     /// Bytes in which the header of an OpenSim motion must end: it has a few lines.
     const NEAR: usize = 4096;

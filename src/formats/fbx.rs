@@ -87,7 +87,7 @@ fn inspect(bytes: &[u8], _: &Scene) -> Result<Option<Diagnostic>> {
 /// The whole frame rate that stands for one in files of programs that take no other, where there is one next to it.
 #[doc(hidden)]
 pub fn whole_rate(frames_per_second: f64) -> Option<f64> {
-    /// As a fraction of the rate: that of a frame time with four digits.
+    /// As a fraction of the rate: the rounding of a frame time with four digits.
     const NEAR: f64 = 1e-4;
     let whole = frames_per_second.round();
     (whole > 0.0 && (frames_per_second - whole).abs() <= NEAR * whole).then_some(whole)

@@ -241,7 +241,7 @@ impl FormatInfo {
             (Carriage::Converted, DataKind::ScaleCurves) if chosen.rotations_only && self.has_sidecar => {
                 return kind.count(scene);
             }
-            // Those of clips are always in a file of glTF.
+            // A glTF file always has the extras of clips.
             (Carriage::PassedThrough, DataKind::Extras) => 0,
             (Carriage::Lost, _) => return kind.count(scene),
             (Carriage::PassedThrough, _) if !is_passed => return kind.count(scene),

@@ -117,7 +117,7 @@ pub use self::written::{Export, ExportFile};
 #[doc(hidden)]
 pub type Failure = Box<Diagnostic>;
 
-/// The row of a format: its names, its detection, its reader, its writer and its options.
+/// The description of a format: names, detection, reader, writer and options.
 ///
 /// ```
 /// use mocap::{Format, FormatInfo};
@@ -157,7 +157,7 @@ pub struct FormatInfo {
     pub options: &'static [WriteOption],
     /// The treatment of each kind of data in its files. Kinds that are not listed are lost.
     pub(crate) carried: ledger::Carried,
-    /// The kinds of data that stay if a file of the format gets another motion.
+    /// The kinds of data that are kept if a file of the format gets another motion.
     pub(crate) passed_through: &'static [DataKind],
     /// Whether a file has at most one animation, the first of a scene.
     pub has_one_clip: bool,

@@ -23,7 +23,7 @@ type Corners = Vec<DVec3>;
 /// The largest number of triangles of one file. A short COLLADA file may show a mesh many times.
 const MOST_TRIANGLES: usize = 1_000_000;
 
-/// The number of triangles from which on a mesh is simplified.
+/// The smallest number of triangles at which a mesh is simplified.
 const MANY_TRIANGLES: usize = 3_000;
 
 /// The resolution at which corners of a large mesh are distinguished, in parts of its longest side.

@@ -126,7 +126,7 @@ pub(crate) fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
-/// A position in a text.
+/// A position in a string.
 #[derive(Clone, Debug)]
 pub struct Cursor<'a> {
     text: &'a [u8],

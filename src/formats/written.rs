@@ -46,7 +46,7 @@ pub struct Export {
     pub nodes: usize,
 }
 
-/// An output of a single file that no format row made, such as a character with added animations.
+/// An output of one file that was not written by a format's writer, such as a character with added animations.
 impl From<Vec<u8>> for Export {
     fn from(bytes: Vec<u8>) -> Self {
         Self::of(vec![ExportFile::new("", bytes)])
@@ -206,7 +206,7 @@ impl ExportFile {
 ///
 /// Clients find animated nodes by name or by a path of names, so a duplicate name animates the wrong node. three.js
 /// removes `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. `/`, which separates the names
-/// of a path in Unity, and control characters become `_`. Other characters stay.
+/// of a path in Unity, and control characters become `_`. Other characters do not change.
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

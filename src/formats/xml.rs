@@ -26,7 +26,8 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     ))))
 }
 
-/// Replaces an XML declaration after white space by spaces. Other readers accept it there. Positions in the text stay.
+/// Replaces an XML declaration after white space with spaces. Other readers accept it there. Byte offsets in the text
+/// do not change.
 fn without_late_declaration(mut text: String) -> String {
     let start = text.len() - text.trim_start().len();
     if start > 0
@@ -40,8 +41,8 @@ fn without_late_declaration(mut text: String) -> String {
     text
 }
 
-/// Replaces `prefix:name` by `prefix_name` if the file does not declare the prefix, so that the parser does not refuse
-/// it: files have such elements of other programs. Positions in the text stay.
+/// Replaces `prefix:name` with `prefix_name` if the file does not declare the prefix. The parser refuses undeclared
+/// prefixes, but some programs write such elements. Byte offsets in the text do not change.
 fn without_undeclared_prefixes(text: String) -> String {
     let declared: HashSet<&str> = (text.match_indices("xmlns:"))
         .map(|(at, mark)| {

@@ -95,7 +95,7 @@ impl FileGraph {
         &self.builder
     }
 
-    /// Searches a walk over the graph, and makes its motion.
+    /// Searches the graph for a walk, and computes the motion of the walk.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] if no such walk exists, [`Code::InvalidGraph`] if a file has changed since the graph was
@@ -206,7 +206,7 @@ impl<'a> Clips<'a> {
         Ok(scenes)
     }
 
-    /// Reads a clip without a rest pose before the motion. The clip keeps its unit and axes, or is retargeted to the
+    /// Reads a clip, and drops a rest pose before the motion. The clip keeps its unit and axes, or is retargeted to the
     /// body.
     fn import(&self, path: &Path, hear: Listener<'_>) -> Result<Scene> {
         let in_file = |error: Error| error.with_path(path);

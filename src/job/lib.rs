@@ -415,7 +415,7 @@ fn unknown<'a>(said: &'a str, kind: &str) -> Option<(&'a str, String)> {
     Some((word, known))
 }
 
-/// Steps in the schema: each step is a text, or an object with its name and its options.
+/// Steps in the schema: each step is a string, or an object with its name and its options.
 #[cfg(feature = "schema")]
 struct Steps;
 

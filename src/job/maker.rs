@@ -385,7 +385,7 @@ impl<'a> Maker<'a> {
         Ok(source)
     }
 
-    /// The conversion from the space and the frames of an input to those of the output.
+    /// The conversion from the space and the frames of an input to the space and the frames of the output.
     fn conversion(&self) -> Conversion {
         let MotionJob { source, write, .. } = &self.job;
         let mut conversion = source.frames.conversion().bones(self.bones.clone());

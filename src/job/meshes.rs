@@ -67,7 +67,7 @@ pub(super) fn keep_or_drop(
         let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add {skeleton-only}");
         return Err(Error::from(error).with_path(motion));
     }
-    // A step changes one motion. The other motions of the file stay.
+    // A step changes one motion. The other motions of the file do not change.
     let chosen = scene.metadata.steps.iter().find_map(|step| match step {
         AppliedStep::SelectClip { index } => Some(*index),
         _ => None,

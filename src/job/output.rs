@@ -36,8 +36,8 @@ pub struct OutputOptions {
     /// in /, `mocap run` writes one file for each motion.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub output: PathBuf,
-    /// The output format, as a file extension, if it differs from that of the output. Or the name of an array layout,
-    /// such as amass, humanml3d, qpos or gmr.
+    /// The output format, as a file extension, if it differs from the extension of the output. Or the name of an array
+    /// layout, such as amass, humanml3d, qpos or gmr.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub to: Option<String>,
@@ -106,7 +106,7 @@ pub struct FileOutputOptions {
     /// The file to write; its extension names the format. - is standard output. Default: nothing is written.
     #[serde(skip_serializing_if = "is_default")]
     pub output: PathBuf,
-    /// The output format, as a file extension, if it differs from that of the output.
+    /// The output format, as a file extension, if it differs from the extension of the output.
     #[serde(skip_serializing_if = "is_default")]
     pub to: Option<String>,
     /// Whether the output may replace a file that may be a source. An input is never replaced.

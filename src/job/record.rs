@@ -28,7 +28,7 @@ pub fn remember_outputs(replaced: fn(&Path)) {
     }
 }
 
-/// The folder for program state. The XDG specification ignores a relative path.
+/// The folder for program state. The XDG specification requires that relative paths are ignored.
 fn state_folder() -> Option<PathBuf> {
     let folder = |name: &str| {
         env::var_os(name)

@@ -86,7 +86,7 @@ impl SurveyOptions {
     /// The amounts from which a clip is suspect and bad.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a text that is not a threshold.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a string that is not a threshold.
     pub fn thresholds(&self) -> Result<Thresholds> {
         let mut thresholds = Thresholds::default();
         self.threshold.iter().try_for_each(|text| thresholds.set(text))?;

@@ -33,7 +33,7 @@ pub struct WalkJob {
     /// The graph file; with `graph`, the clips.
     #[serde(default)]
     pub source: WalkSources,
-    /// How the frames of the inputs are compared. Default: the input is a graph file.
+    /// The options for comparing the frames of the input clips. Without them, the input is a graph file.
     #[serde(default, skip_serializing_if = "is_default")]
     pub graph: Option<GraphJobOptions>,
     /// The goal of the walk.

@@ -33,7 +33,7 @@ impl Color {
 /// A point in a drawing, in pixels from the left and from the top.
 pub(super) type Point = [f32; 2];
 
-/// The part of a text that is at its point.
+/// The part of a string that is at its point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Anchor {
     /// The start.

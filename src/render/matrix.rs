@@ -9,7 +9,7 @@ use super::raster::check_size;
 /// of frames.
 const LARGEST: usize = 2048;
 
-/// The distance in metres from which on a pixel is black.
+/// The smallest distance in metres at which a pixel is black.
 const BLACK: f32 = 0.5;
 
 /// The radius in pixels of the dot that marks a pair of frames. The second constant is its colour.

@@ -12,7 +12,8 @@ const ANY_PIXELS: usize = 4096 * 4096;
 /// The number of pixels allowed for each byte of the texture files. Reading a texture takes 8 bytes per pixel.
 const PIXELS_PER_BYTE: usize = 8;
 
-/// The opacity from which on a half-transparent surface is drawn, as a fraction: nearer to opaque than to invisible.
+/// The smallest opacity at which a half-transparent surface is drawn, as a fraction: nearer to opaque than to
+/// invisible.
 const HALF: f32 = 0.5;
 
 /// An image, row by row from the top: red, green, blue and opacity, in sRGB.

@@ -40,7 +40,7 @@ pub struct Location {
     pub line: usize,
     /// The column in characters, from 1. A tab is one character.
     pub column: usize,
-    /// The number of affected characters, from `column` on; at least 1.
+    /// The number of affected characters, starting at `column`; at least 1.
     pub length: usize,
     /// The line. If the line is long, the piece around `column`.
     pub text: String,

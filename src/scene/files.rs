@@ -74,8 +74,8 @@ pub fn copy_file(from: &Path, to: &Path) -> Result<()> {
 /// An existing file is replaced and keeps its permissions. After an error it is unchanged. A read-only file is not
 /// replaced. Links are followed. A pipe or a device is written directly.
 ///
-/// To replace a file, the new file has a temporary name for a moment. Only Linux has nameless files; on other systems
-/// the file has the temporary name from the start. A killed process then leaves the temporary file.
+/// To replace a file, the new file has a temporary name for a short time. Only Linux has nameless files; on other
+/// systems the file has the temporary name from the start. A killed process then leaves the temporary file.
 /// [`remove_unfinished`] removes it, and [`unfinished_target`] recognises its name.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use crate::scene::Animation;
 pub enum LoopMode {
     /// Stops.
     Once,
-    /// Starts again. The last frame and the first are the same moment, so one loop takes [`Animation::duration`] ticks.
+    /// Starts again. The last frame and the first show the same phase, so one loop takes [`Animation::duration`] ticks.
     #[default]
     Loop,
     /// Plays backwards to the start, and then forwards again.

@@ -1,8 +1,8 @@
 //! Computes the matrices of every node at a tick.
 //!
 //! An animation's channels give the transform of each node relative to its parent at a tick. [`Binding`] finds the node
-//! of each channel. Forward kinematics multiplies these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a
-//! joint, then the offset of the next. A node has both in one matrix, translation x rotation. So the chain is one
+//! of each channel. Forward kinematics multiplies these matrices, starting at the root, T = J0 L1 J1 L2 ...: the motion
+//! of a joint, then the offset of the next. A node has both in one matrix, translation x rotation. So the chain is one
 //! product per node. Because parents precede children, it is one loop.
 //!
 //! The results are matrices, not translation, rotation and scale, because products may have shear.

@@ -1,5 +1,5 @@
 //! The JSON Schema of each tool's answer: the keys that an agent needs for decisions. An answer has further keys. No
-//! value is null. A number that is not finite is absent, so only counts and texts are required.
+//! value is null. A number that is not finite is absent, so only counts and strings are required.
 
 use serde_json::{Map, Value, json};
 

@@ -194,7 +194,7 @@ pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
 /// another until the answer is short enough.
 const SHORTER: [(usize, usize); 5] = [(200, 4000), (50, 2000), (20, 500), (5, 200), (1, 80)];
 
-/// Shortens a value to at most `longest` characters, with a note about cut lists or texts.
+/// Shortens a value to at most `longest` characters, with a note about cut lists or strings.
 fn shortened(mut value: Value, longest: usize) -> Value {
     for (entries, characters) in SHORTER {
         if value.to_string().len() <= longest {
@@ -207,7 +207,7 @@ fn shortened(mut value: Value, longest: usize) -> Value {
     value
 }
 
-/// Keeps only the first entries of lists and the first characters of texts.
+/// Keeps only the first entries of lists and the first characters of strings.
 fn cut(value: &mut Value, entries: usize, characters: usize) {
     match value {
         Value::Object(fields) => fields.values_mut().for_each(|value| cut(value, entries, characters)),

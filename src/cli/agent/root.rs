@@ -22,7 +22,7 @@ impl Root {
         Ok(Self)
     }
 
-    /// Refuses arguments with a text that leads out of the folder, whatever its purpose. A path with `..` is refused
+    /// Refuses arguments with a string that leads out of the folder, whatever its purpose. A path with `..` is refused
     /// before any access to the disk.
     pub(super) fn check(&self, arguments: &Value) -> Result<(), Failure> {
         match arguments {

@@ -186,7 +186,7 @@ fn brief_schema_of_job() -> Value {
     json!({"type": "object", "description": format!("{keys}; for their schemas read mocap://job.schema.json")})
 }
 
-/// The first sentence of a text, without its full stop.
+/// The first sentence of a string, without its full stop.
 fn first_sentence(text: &str) -> &str {
     text.split(". ").next().unwrap_or_default().trim_end_matches('.')
 }
@@ -235,7 +235,7 @@ fn no_argument(tool: &Tool, name: &str) -> Failure {
     ))
 }
 
-/// A value as the texts of a command line.
+/// A value as the strings of a command line.
 fn texts(name: &str, value: &Value) -> Result<Vec<String>, Failure> {
     let one = |value: &Value| match value {
         Value::String(text) => Ok(text.clone()),
@@ -276,7 +276,7 @@ fn schema(option: &Arg) -> Value {
 /// The most values of an option in a schema. An error names all values.
 const MOST_VALUES: usize = 8;
 
-/// Whether the value of an option can only be a number. A text with a number is a number too.
+/// Whether the value of an option can only be a number. A string with a number is a number too.
 fn is_number(option: &Arg) -> bool {
     let value = option.get_value_parser().type_id();
     let numbers = [

@@ -32,7 +32,7 @@ pub(crate) trait FileTask: Sync {
         Ok(())
     }
 
-    /// Receives all files, including those of other shards.
+    /// Receives all files, including the files of other shards.
     fn inputs(&mut self, _: &[Input]) {}
 
     /// Makes the output of a file without printing. Notices go to `record`.
@@ -211,8 +211,8 @@ impl FileBatch<'_> {
         let mut own: Vec<PathBuf> = own.flat_map(|output| [output.with_extension("bin"), output]).collect();
         own.extend(run.claims.paths());
         own.push(Manifest::path(self.folder, self.spread.shard));
-        // Not earlier, because a remaining `.gltf` shows the owner of its buffer. Files of other shards stay: they may
-        // be running in the same folder.
+        // Not earlier, because a remaining `.gltf` shows the owner of its buffer. Files of other shards are kept: they
+        // may be running in the same folder.
         remove_all_unfinished(own.iter().map(PathBuf::as_path));
         Ok(())
     }

@@ -143,7 +143,7 @@ fn list_of(path: &Path) -> Option<Vec<Input>> {
     let is_file = || std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() <= MOST_BYTES);
     let text = (is_list && is_file()).then(|| mocap::files::read_text(path).ok())??;
     let files: Vec<&Path> = text.lines().filter(|line| !line.is_empty()).map(Path::new).collect();
-    // A motion may have the extension of a text.
+    // A motion may have the extension of a text file.
     let first = files
         .first()
         .filter(|first| first.is_file() || has_known_extension(first))?;

@@ -51,7 +51,8 @@ impl Output<'_> {
         Ok((set, policy, files))
     }
 
-    /// The policy that lets the output pass `check`, with the data of a former run's manifest if needed.
+    /// The replace policy under which `check` accepts the output. If `check` refuses it, the policy also accepts
+    /// unchanged files of the former run's manifest.
     fn allowed(&self, check: impl Fn(&ReplacePolicy) -> mocap::Result<()>) -> mocap::Result<ReplacePolicy> {
         let policy = self.policy.clone().made_from(self.input);
         let Err(error) = check(&policy) else {

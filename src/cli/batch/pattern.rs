@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::Failure;
 
-/// The part of a path from its first wildcard on. Without a name it matches every path.
+/// The part of a path that starts with its first wildcard. Without a name it matches every path.
 #[derive(Debug, Default)]
 pub struct Pattern(Vec<Part>);
 

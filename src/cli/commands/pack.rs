@@ -257,7 +257,7 @@ impl Rows {
             Self::Long(clip, motion) => {
                 let velocities = motion.velocities.as_ref().map_or(0, Vec::len);
                 let floats = motion.positions.len() + motion.rotations.len() + velocities;
-                // Add two texts with their offsets, the frame and the time. A joint's name has about 8 bytes.
+                // Add two strings with their offsets, the frame and the time. A joint's name has about 8 bytes.
                 4 * floats + motion.rows() * (clip.len() + 8 + 4 + 4 + 4 + 8)
             }
         }

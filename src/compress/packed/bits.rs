@@ -3,7 +3,7 @@
 /// Bytes after the last bits of a file, so that eight bytes can be read at any position.
 pub const PADDING: usize = 8;
 
-/// At least 57 bits from bit `at` on; 0 beyond the end.
+/// At least 57 bits, starting at bit `at`; 0 beyond the end.
 #[inline(always)]
 pub fn bits_at(bytes: &[u8], at: usize) -> u64 {
     let eight = bytes.get(at / 8..).and_then(|rest| rest.first_chunk::<8>());

@@ -301,8 +301,8 @@ impl Lattice {
     }
 }
 
-/// The bit rate from which on a lattice step is about as small as a decoder's rounding. Ambiguous rotations are avoided
-/// then, because there are enough others.
+/// The lowest bit rate at which a lattice step is about as small as a decoder's rounding. Ambiguous rotations are
+/// avoided then, because there are enough others.
 const FINE_BITS: u32 = 10;
 
 /// The factor from one lattice to the next finer one, for bit rates that need not be whole.

@@ -136,8 +136,9 @@ struct Header {
     /// The scale factor of integers; `None` if coordinates are 32-bit floats.
     scale: Option<f64>,
     frame_rate: f64,
-    /// The frame rate that the file states, and its first frame, from 1.
+    /// The frame rate that the file states.
     stated_rate: f64,
+    /// The number of the first frame, counted from 1.
     first: u64,
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// Prints a number like `std::cout << x` with default settings, which is C's `%g`: six significant digits, no trailing
-/// zeros, an exponent below 0.0001 and from 1000000 on.
+/// zeros, an exponent below 0.0001 and at 1000000 or more.
 pub struct StreamNumber<T>(pub T);
 
 impl fmt::Display for StreamNumber<f32> {

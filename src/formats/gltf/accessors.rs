@@ -257,7 +257,7 @@ fn replace(
     Ok(())
 }
 
-/// The `count` elements of `size` bytes from `offset` of a view on.
+/// The `count` elements of `size` bytes of a view, starting at `offset`.
 fn rows<'a>(
     root: &Root,
     bytes: &'a Bytes<'_>,

@@ -117,8 +117,8 @@ fn key_distance() -> f64 {
 }
 
 /// The time between two keys. It is the key distance of the track with the most keys, if it is constant. Otherwise it
-/// is that of the usual frame rate that has all keys on its frames, or else the shortest one. Without a track of two
-/// keys it is a thirtieth of a second.
+/// is the frame time of the usual frame rate that has all keys on its frames, or else the shortest one. Without a track
+/// of two keys it is a thirtieth of a second.
 fn key_step(tracks: &[Vec<f32>]) -> f64 {
     let longest = tracks.iter().map(Vec::as_slice).max_by_key(|times| times.len());
     if let Some(times @ [first, .., last]) = longest {

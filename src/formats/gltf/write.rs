@@ -9,7 +9,7 @@
 //! | a mesh with bones | a separate mesh node at the scene's root, with that skin |
 //! | meshes without bones | the mesh of their node; then no skin is written |
 //! | meshes without any area, because all joints are at one point | an octahedron of 1 cm on the first joint, with the skin |
-//! | normals equal to those of flat faces | omitted: a glTF mesh without normals has flat shading |
+//! | normals equal to the normals of flat faces | omitted: a glTF mesh without normals has flat shading |
 //! | [`Scene::materials`] | `materials`; one without a surface in [`BASE_COLOR`] |
 //! | [`Scene::textures`] | `images` in the buffer, if a material uses them |
 //! | an animated track | a `LINEAR` sampler of 32-bit floats |
@@ -158,8 +158,8 @@ impl fmt::Display for GltfReport {
     }
 }
 
-/// The fraction of the largest error for bone positions. No joint shows the rotation of the bone at the end of a chain,
-/// and the skin around it must also keep the largest error.
+/// The fraction of the largest error for bone positions. Joint positions do not reveal a rotation error of the last
+/// bone in a chain, but the skin around this bone must also stay within the bound. So bones get a smaller bound.
 const BOUND_OF_BONES: f64 = 0.45;
 
 /// The contents of a document.

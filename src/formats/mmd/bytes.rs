@@ -1,4 +1,4 @@
-//! Reads consecutive little-endian numbers and texts of a file.
+//! Reads consecutive little-endian numbers and strings of a file.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic};

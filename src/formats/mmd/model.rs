@@ -32,7 +32,7 @@ const HAS_LOCAL_AXES: u16 = 0x0800;
 const IS_AFTER_PHYSICS: u16 = 0x1000;
 const HAS_EXTERNAL_PARENT: u16 = 0x2000;
 
-/// The smallest size of a bone in bytes: empty texts and no options.
+/// The smallest size of a bone in bytes: empty strings and no options.
 const BONE_BYTES: usize = 8 + 12 + 1 + 4 + 2 + 1;
 
 /// The smallest size of a morph in bytes.

@@ -298,7 +298,7 @@ fn moving(model: &Model, tracks: &[Option<&[BoneKey]>]) -> Vec<bool> {
     moving
 }
 
-/// The cost of an IK step in values, because the links are posed again, from the root on.
+/// The cost of an IK step in values, because the links are posed again, starting at the root.
 const STEP: u64 = 4;
 
 /// The pose of each bone at each frame. A static bone has only the first frame.

@@ -6,7 +6,7 @@ use super::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::Failure;
 use crate::warnings::{Warnings, missing_frames};
 
-/// Iterates over the lines of a text.
+/// Iterates over the lines of a string.
 pub(crate) struct Table<'a> {
     pub(crate) cursor: Cursor<'a>,
 }

@@ -7,8 +7,8 @@
 //! metadata  := "(" (name "=" value)* ")"
 //! ```
 //!
-//! A value is kept as its numbers, or as its texts, in the order of the file. The attribute determines whether they are
-//! a list or a tuple. Nothing here recurses, so that no file is too deep.
+//! A value is kept as its numbers, or as its strings, in the order of the file. The attribute determines whether they
+//! are a list or a tuple. Nothing here recurses, so that no file is too deep.
 
 mod tokens;
 mod variants;
@@ -30,7 +30,7 @@ pub(super) type Metadata = HashMap<String, Value>;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Value {
     pub(super) numbers: Vec<f64>,
-    /// Texts, tokens, paths and file names.
+    /// Strings, tokens, paths and file names.
     pub(super) texts: Vec<String>,
     /// The offset in the text. For a time sample, the offset of the time.
     pub(super) offset: usize,
@@ -70,7 +70,7 @@ pub(super) struct Prim {
 }
 
 impl Prim {
-    /// The texts of an attribute; empty if the prim lacks it.
+    /// The strings of an attribute; empty if the prim lacks it.
     pub(super) fn texts(&self, name: &str) -> &[String] {
         let value = self.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
         value.map_or(&[], |value| &value.texts)
@@ -124,7 +124,7 @@ const INHERITED: [&str; 4] = [
     "material:binding",
 ];
 
-/// Parses a layer. Of the attributes, it keeps only those that this crate reads; those of meshes only on request.
+/// Parses a layer. It keeps only the attributes that this crate reads, and attributes of meshes only on request.
 pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits, with_meshes: bool) -> Result<Layer<'a>, Failure> {
     let mut parser = Parser::new(text, limits);
     parser.with_meshes = with_meshes;
@@ -369,7 +369,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Reads a value: a number, a text, or a list of them with all nested lists.
+    /// Reads a value: a number, a string, or a list of them with all nested lists.
     fn value(&mut self) -> Result<Value, Failure> {
         self.tokens.peek();
         let mut value = Value {

@@ -110,7 +110,7 @@ pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
     })
 }
 
-/// An archive of float64 arrays with their shapes, and of texts.
+/// An archive of float64 arrays with their shapes, and of strings.
 pub(super) fn of_doubles(arrays: &[(&str, &[usize], &[f64])], texts: &[(&str, &str)]) -> Vec<u8> {
     Archive::made(|archive| {
         for (name, shape, values) in arrays {

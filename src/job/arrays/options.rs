@@ -44,9 +44,9 @@ pub struct ArrayOptions {
     /// Frames per second of the output. Between two frames, positions are interpolated linearly and rotations by
     /// slerp; at a [cut](mocap_scene::Scene::cuts) the nearer side is used. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
-    /// The first moment to keep, not after the last frame. Default: the start.
+    /// The first time to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
-    /// The last moment to keep; a moment after the end means the end. Default: the end.
+    /// The last time to keep; a time after the end means the end. Default: the end.
     pub last: Option<Moment>,
     /// Metres per unit of length of the file. Default: the unit that the file states. If it states none and the unit is
     /// needed: the guess of [`Survey`](mocap_figure::Survey).

@@ -91,7 +91,7 @@ impl Source<'_> {
         (here, later)
     }
 
-    /// Fills the rows from frame `first` on.
+    /// Fills the rows, starting at frame `first`.
     fn fill_part(&self, binding: &Binding, first: usize, mut rows: Rows<'_>) {
         let joints = 0..self.joints.nodes.len();
         let wanted = ChainRequest {

@@ -163,7 +163,7 @@ pub(super) struct Change {
     pub(super) humanoid: Option<(DQuat, DVec3)>,
     /// The steps that change times, in their order.
     pub(super) times: Vec<AppliedStep>,
-    /// Whether the ratio of lengths is that of two units of length, or 1.
+    /// Whether the ratio of lengths is the ratio of two units of length, or 1.
     has_unit: bool,
 }
 
@@ -221,7 +221,7 @@ impl Change {
         change
     }
 
-    /// Infers the unit and the up axis. The unit comes from the lengths of the links in the first moment with nonzero
+    /// Infers the unit and the up axis. The unit comes from the lengths of the links at the first time with nonzero
     /// lengths. Lossy files round lengths, so a ratio near a known unit counts as this unit. The up axis is the axis
     /// that brings the joints closest. `metres` is the unit of the source. `stated` is the file's unit relative to the
     /// source, if known.
@@ -337,7 +337,7 @@ impl Change {
     }
 }
 
-/// Joint positions of both sides at a few moments, spread evenly over the motion. The first frame is not enough: all
+/// Joint positions of both sides at a few times, spread evenly over the motion. The first frame is not enough: all
 /// markers may be hidden in it, and be at one point.
 fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> {
     const PARTS: u32 = 4;
@@ -366,7 +366,7 @@ fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)
     (ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
 
-/// The median ratio of lengths between neighbouring pairs, in the first moment with nonzero lengths. A single broken
+/// The median ratio of lengths between neighbouring pairs, at the first time with nonzero lengths. A single broken
 /// length does not change the median.
 fn ratio_of_lengths(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
     let length = |world: &[DMat4], from: usize, to: usize| world[from].w_axis.distance(world[to].w_axis);

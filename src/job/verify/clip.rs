@@ -1,4 +1,4 @@
-//! The comparison of one clip, moment by moment.
+//! The comparison of one clip at each time.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -172,7 +172,7 @@ pub(super) struct ComparisonBasis<'a> {
     pub(super) new_axes: Option<Vec<Option<DQuat>>>,
 }
 
-/// Data that all moments of a clip share.
+/// Data that all times of a clip share.
 struct JointsOfClip<'a> {
     ours: &'a Skeleton<'a>,
     /// The joint whose path over the ground carries each joint.
@@ -181,12 +181,12 @@ struct JointsOfClip<'a> {
     rigid: Option<Rigid>,
     /// Which joints move no other joint.
     ends: Vec<bool>,
-    /// For a motion in place, the moment that determines the place.
+    /// For a motion in place, the time that determines the place.
     place: Option<Moment>,
 }
 
 impl ComparisonBasis<'_> {
-    /// The rotation of each joint's axes in the scene after all steps, at the first moment. The rotation is the same at
+    /// The rotation of each joint's axes in the scene after all steps, at the first time. The rotation is the same at
     /// all times.
     pub(super) fn axes_of(
         &self,
@@ -356,7 +356,7 @@ impl ComparisonBasis<'_> {
     }
 }
 
-/// Both skeletons at one moment of the file: the node-to-world matrix of each joint, and the positions of the source's
+/// Both skeletons at one time of the file: the node-to-world matrix of each joint, and the positions of the source's
 /// joints converted to the file.
 #[derive(Clone)]
 struct Moment {

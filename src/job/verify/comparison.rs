@@ -144,7 +144,7 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// The joints of the output in a clip. Those of a character are compared at rest.
+    /// The joints of the output in a clip. The joints of a character are compared at rest.
     fn theirs(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
         match self.is_of_character {
             true => self.output.rest(),
@@ -175,7 +175,7 @@ impl<'a> Comparison<'a> {
         space.find(self.output.stated(is_recorded), is_recorded, findings);
     }
 
-    /// Checks that the hierarchy of joints is that of the source.
+    /// Checks that the hierarchy of joints equals the source's hierarchy.
     fn check_joints(&self, joints: &Joints<'_>, findings: &mut Vec<Finding>) {
         let (ours, theirs, change) = (&joints.ours, &joints.theirs, &joints.change);
         match change.humanoid {

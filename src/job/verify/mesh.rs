@@ -29,7 +29,7 @@ const SAME_WEIGHTS: f64 = 0.03;
 const SAME_COLOUR: f32 = 0.01;
 
 /// Finds missing or different meshes. `read` gives the meshes of the source. `keeps_rest` states that the rest pose is
-/// that of the source. A file without meshes is a skeleton.
+/// the source's rest pose. A file without meshes is a skeleton.
 pub(super) fn find(
     read: &dyn Fn() -> Option<Scene>,
     output: &Scene,

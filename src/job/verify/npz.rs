@@ -172,7 +172,7 @@ impl Array {
             .ok_or_else(|| self.wrong("a number"))
     }
 
-    /// Texts of the dtype `<U` with a length: four bytes per character, padded with zeros. Never empty for a scalar.
+    /// Strings of the dtype `<U` with a length: four bytes per character, padded with zeros. Never empty for a scalar.
     fn strings(&self) -> Result<Vec<String>> {
         let wrong = || self.wrong("texts");
         let length: usize = self

@@ -274,7 +274,7 @@ impl<'a> Output<'a> {
         matches!(self, Self::Gltf(..))
     }
 
-    /// Replaces the clips of these indices by those of `other`.
+    /// Replaces the clips at these indices with the clips of `other`.
     pub(super) fn take_clips(&mut self, other: Self, taken: &HashSet<usize>) {
         let (Self::Scene(scene, _), Self::Scene(other, _)) = (self, other) else {
             return;

@@ -33,8 +33,8 @@ pub(super) struct Rigid {
 }
 
 impl Pairs {
-    /// Pairs joints with equal names. If this pairs more joints, names may differ in case, and in characters other than
-    /// letters and digits.
+    /// Pairs joints with equal names. Ignores case, and characters other than letters and digits, if this pairs more
+    /// joints.
     ///
     /// # Errors
     /// If there is no pair.

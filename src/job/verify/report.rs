@@ -142,7 +142,7 @@ pub struct LargestDeviation {
     pub clip: usize,
     /// The joint, by its name in the source.
     pub joint: String,
-    /// The frame of the source, or the frame before the moment.
+    /// The frame of the source, or the frame before the compared time.
     pub frame: usize,
     /// Seconds from the start of the file.
     pub seconds: f64,
@@ -182,7 +182,7 @@ impl fmt::Display for Finding {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FindingKind {
-    /// The motion of the file starts later or ends earlier than that of the source.
+    /// The motion of the file starts after, or ends before, the source's motion.
     MissingFrames,
     /// The motion of the file continues after the end of the source's motion.
     ExtraFrames,

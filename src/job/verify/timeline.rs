@@ -10,7 +10,7 @@ use super::chain::Skeleton;
 use super::change::Change;
 use super::{Finding, FindingKind};
 
-/// The largest difference in ticks of equal moments.
+/// The largest difference in ticks of equal times.
 const SAME_TICK: f64 = 1e-6;
 
 /// The largest distance in frames of a key from its frame: times of keys are rounded.
@@ -20,7 +20,7 @@ const NEAR_FRAME: f64 = 1e-2;
 /// movements only appear in the distances.
 pub(super) const SMALLEST_MOTION: f64 = 1e-3;
 
-/// The most compared moments between frames, for each frame on average.
+/// The most compared times between frames, for each frame on average.
 const MOST_BETWEEN: usize = 8;
 
 /// The times of a clip's frames, in ticks of the source.
@@ -30,13 +30,13 @@ pub(super) struct Timeline {
     /// Ticks of the source per second of the file, and per frame of the file.
     file_rate: f64,
     frame: f64,
-    /// The part of the source that the file should have, and the last moment of this part that the file has.
+    /// The part of the source that the file should have, and the last time of this part that the file has.
     first: f64,
     last: f64,
     end: f64,
-    /// For a motion in place, the moment that determines its place on the ground.
+    /// For a motion in place, the time that determines its place on the ground.
     pub(super) place: f64,
-    /// The moments at which file and source are compared: the frames of the source, or if the frame rate differs, the
+    /// The times at which file and source are compared: the frames of the source, or if the frame rate differs, the
     /// frames of the file.
     pub(super) moments: Vec<f64>,
     pub(super) is_resampled: bool,
@@ -47,7 +47,7 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// The timeline of a clip of `source`; without a clip, a single moment.
+    /// The timeline of a clip of `source`; without a clip, a single time.
     ///
     /// # Errors
     /// If a step that the file records is impossible.
@@ -162,7 +162,7 @@ impl Timeline {
         (tick - self.first) / self.file_rate
     }
 
-    /// Further moments for the comparison: halfway between two keys of the file, if one of the keys is not at a frame.
+    /// Additional times for the comparison: halfway between two keys of the file, if one of the keys is not at a frame.
     /// Samples of cubic curves have such keys. The middle is used, because a jump is always at a key.
     pub(super) fn between(&self, theirs: &Skeleton) -> Vec<f64> {
         let near = NEAR_FRAME * self.frame;
@@ -187,7 +187,7 @@ impl Timeline {
         middles.into_iter().step_by(step).collect()
     }
 
-    /// The tick of the source that a moment of the file shows: within a cut the nearer side, and at most the end.
+    /// The tick of the source that a time of the file shows: within a cut the nearer side, and at most the end.
     pub(super) fn shown(&self, tick: f64) -> f64 {
         let tick = tick.min(self.end);
         let near = SAME_TICK * self.frame;
@@ -206,7 +206,7 @@ impl Timeline {
     }
 
     /// The number of evenly spaced frames. At the rate of the source, the last frame is the frame nearest to the end.
-    /// At another rate, the number is that of [`Scene::resample`].
+    /// At another rate, the number is the number of [`Scene::resample`].
     pub(super) fn whole_frames(&self) -> usize {
         let frames = (self.last - self.first) / self.frame;
         let last = match self.is_resampled {

@@ -202,7 +202,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (
     (description, packed.blocks)
 }
 
-/// A text of the file without characters that would affect the surrounding text.
+/// A string of the file without characters that would affect the surrounding text.
 fn shown(text: &str) -> String {
     visible(text).into_owned()
 }

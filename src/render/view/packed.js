@@ -10,7 +10,7 @@ export const isPackedClip = (bytes) => String.fromCharCode(...bytes.subarray(0, 
 
 const three = (next) => [0, 1, 2].map(next);
 
-// Reads numbers in sequence: whole bytes, or a few bits each from `bit` on.
+// Reads numbers in sequence: whole bytes, or a few bits each, starting at `bit`.
 class ClipReader {
   constructor(bytes) {
     Object.assign(this, { view: new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), at: 0, bit: 0 });
@@ -71,7 +71,7 @@ function fillBetween({ values, size }, before, after) {
   }
 }
 
-// Fills `count` frames of the tracks, from frame `first` on. Each track has its node. A track with 4 numbers is a
+// Fills `count` frames of the tracks, starting at frame `first`. Each track has its node. A track with 4 numbers is a
 // rotation.
 export function unpackClip(bytes, tracks, first, count, metresPerUnit) {
   const reader = new ClipReader(bytes);

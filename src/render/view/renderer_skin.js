@@ -61,7 +61,7 @@ export class SkinRenderer {
     this.known = new Map();
   }
 
-  // Makes the buffers and textures of new skins, and frees those of removed skins.
+  // Makes the buffers and textures of new skins, and frees the buffers and textures of removed skins.
   prepare(skins) {
     const { gl } = this;
     for (const [skin, held] of this.known) {

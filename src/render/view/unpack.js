@@ -48,7 +48,7 @@ export class Blocks {
 
 const [ALL_FOUR, NEGATIVE] = [4, 8];
 
-// Fills `count` frames of the tracks from rows, from frame `first` on.
+// Fills `count` frames of the tracks from rows, starting at frame `first`.
 function unpackRows(bytes, tracks, first, count) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let at = 0;

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// A text in the comment at the end of an `.npz`, and in a string at the start of a `.pkl` that unpickling discards.
+/// A string in the comment at the end of an `.npz`, and in a string at the start of a `.pkl` that unpickling discards.
 #[doc(hidden)]
 pub const ARRAY_MARK: &str = "mocap arrays";
 
@@ -14,7 +14,7 @@ pub const ARRAY_MARK: &str = "mocap arrays";
 pub const DATABASE_MARK: &[u8; 8] = b"mocapMDB";
 
 /// The start of the creator in Parquet metadata. Thrift's compact protocol has the creator near the end of the file:
-/// the type of a text, its length, and the text. Two bytes for each column and the length of all metadata follow.
+/// the type of a string, its length, and the text. Two bytes for each column and the length of all metadata follow.
 #[doc(hidden)]
 pub const PARQUET_CREATOR: &str = "mocap ";
 

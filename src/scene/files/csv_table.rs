@@ -225,7 +225,7 @@ impl PointColumns {
     }
 }
 
-/// The number of points from which on three columns per point are not a coincidence.
+/// The smallest number of points at which three columns per point are not a coincidence.
 const LEAST_POINTS: usize = 3;
 
 /// The point whose column has this axis: `hip` for `hip_x`, `hip.x`, `hip:x`, `hip x` and `x_hip`.

@@ -20,7 +20,7 @@ pub fn fbx_provenance(bytes: &[u8]) -> Option<&str> {
         return None;
     }
     let header = &bytes[..bytes.len().min(HEADER)];
-    // The property's name, as a text with its length.
+    // The property's name, as a string with its length.
     let name = [b"S\x05\0\0\0", PROVENANCE.as_bytes(), b"S\x07\0\0\0KString"].concat();
     let mut rest = &header[memmem::find(header, &name)?..];
     // The name, the type, the label, the flags, the value.

@@ -1,4 +1,4 @@
-//! Output folders, complete or absent. The record of outputs knows each file in them.
+//! Writes output folders. A failed command leaves no partial folder. The record of outputs lists each file.
 
 use std::fs;
 use std::io;
@@ -20,7 +20,7 @@ pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     let is_absent = |error: &io::Error| error.kind() == io::ErrorKind::NotFound;
     let lost = match fs::symlink_metadata(folder) {
         Err(error) if is_absent(&error) => return Ok(()),
-        // The target of a link has another name.
+        // A link is not replaced, because its target would lose the name.
         Ok(found) if !found.is_dir() => Some((folder.to_owned(), false)),
         _ => {
             let files = files_below(folder).map_err(|error| Error::io(folder, error))?;

@@ -76,8 +76,8 @@ fn real_path(target: &Path) -> Option<PathBuf> {
     Some(fs::canonicalize(folder_of(target)).ok()?.join(name))
 }
 
-/// Stores the path of an earlier output that an output may replace. Both are made from `sources`, if these are
-/// recorded.
+/// Records that the file at `path` is an earlier output, which a new output may replace. If `sources` is set, both
+/// outputs were made from these sources.
 pub(super) fn may_replace(path: &Path, sources: Option<&[&str]>) {
     if let Some(record) = record() {
         // A process may be killed between its record and the rename. Then the existing file must not look like an

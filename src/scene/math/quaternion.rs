@@ -153,8 +153,8 @@ pub fn twist_angle(rotation: Quat, axis: Vec3) -> f32 {
     }
 }
 
-/// 1 plus the cosine of the angle from which on directions count as opposite: 1e-12 at 1.4e-6 radians from opposite,
-/// where the axis has no digits left.
+/// 1 plus the cosine of the smallest angle at which directions count as opposite: 1e-12 at 1.4e-6 radians from
+/// opposite, where the axis has no digits left.
 const OPPOSITE: f64 = 1e-12;
 
 /// The smallest rotation from one direction to another, of any length. About `axis` if they are opposite. It is exact

@@ -15,8 +15,8 @@ pub enum OutOfRange {
     /// The nearest end: the first frame before the start, the last frame after the end.
     #[default]
     Clamp,
-    /// The animation repeats in both directions. Its period is its duration, so the last frame and the first are the
-    /// same moment of two cycles. Both ticks are in range, and each has its own frame.
+    /// The animation repeats in both directions. Its period is its duration, so the last frame and the first show the
+    /// same phase of two cycles. Both ticks are in range, and each has its own frame.
     Loop,
 }
 

@@ -2,7 +2,7 @@
 
 /// Calls `update` for every node, parents first, with the index of the node, its updated parent, and the node.
 ///
-/// The caller defines a node: a matrix at one moment, or transforms at many. `update` sets it to the product of the
+/// The caller defines a node: a matrix at one time, or transforms at many times. `update` sets it to the product of the
 /// parent and the node's transform relative to the parent.
 #[inline(always)]
 #[doc(hidden)]

@@ -33,7 +33,8 @@ impl Scene {
     /// Keeps only the first key of every track whose values are all equal within `tolerance`.
     ///
     /// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
-    /// first, never with its neighbour, so a slowly drifting track keeps its keys. The duration of the animation stays.
+    /// first, never with its neighbour, so a slowly drifting track keeps its keys. The duration of the animation does
+    /// not change.
     ///
     /// A point without a skeleton that is missing in some frames, such as a marker, keeps its position keys.
     ///

@@ -14,7 +14,7 @@ impl Scene {
     /// Merges equal vertices, so that all their faces share one.
     ///
     /// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12
-    /// vertices for 12 faces. The first of equal vertices stays, and so does the order.
+    /// vertices for 12 faces. The first of equal vertices is kept, and the order does not change.
     ///
     /// Two vertices are equal under four conditions:
     ///

@@ -78,7 +78,7 @@ fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
     rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
 }
 
-/// Returns the moments that have keys afterwards.
+/// Returns the times that have keys afterwards.
 fn resample_animation(
     animation: &mut Animation,
     frames_per_second: f64,
@@ -127,7 +127,7 @@ fn resample_animation(
     moments
 }
 
-/// A moment as a tick before and after resampling.
+/// A time as a tick before and after resampling.
 struct Moment {
     old: f64,
     new: f64,

@@ -135,7 +135,7 @@ fn prepend<T: Copy>(keys: &mut Keys<T>, first: T, is_same: impl Fn(T, T) -> bool
         (Some(ticks), values) => {
             let mut later = vec![0.0];
             let mut all = vec![first];
-            // The first value also holds before its tick, from the first frame on.
+            // The first value also holds before its tick, starting at the first frame.
             if ticks[0] > 0.0 {
                 later.push(1.0);
                 all.push(values[0]);

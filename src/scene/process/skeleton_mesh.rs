@@ -95,7 +95,7 @@ impl Scene {
 
 impl Scene {
     /// Drops the meshes of the file, and the original file, into which glTF would otherwise be written. The skeleton
-    /// and its motion stay. This is the option `skeleton-only` for a scene that was already read.
+    /// and its motion are kept. This is the option `skeleton-only` for a scene that was already read.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

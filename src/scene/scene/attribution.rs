@@ -155,7 +155,7 @@ impl Value {
     }
 }
 
-/// The value at the beginning of a text, and the remaining text.
+/// The value at the beginning of a string, and the remaining text.
 fn value(text: &str) -> Option<(Value, &str)> {
     for (word, flag) in [("true", true), ("false", false)] {
         if let Some(rest) = text.strip_prefix(word) {

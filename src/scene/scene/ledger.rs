@@ -85,7 +85,7 @@ kinds! {
     Materials "materials" "material" "materials"
     /// Textures.
     Textures "textures" "texture" "textures"
-    /// Named moments of a recording.
+    /// Named times of a recording.
     Events "events" "event" "events"
     /// Analog channels of a recording.
     AnalogChannels "analog-channels" "analog channel" "analog channels"

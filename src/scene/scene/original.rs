@@ -54,8 +54,8 @@ pub struct Original {
     pub morphs: Vec<MorphCurves>,
 }
 
-/// A binary FBX file with meshes, whole. A scene that has it is written as FBX into this file: the clips are those of
-/// the scene, and all other elements stay.
+/// A binary FBX file with meshes, whole. A scene that has it is written as FBX into this file: the clips come from the
+/// scene, and all other elements are kept.
 #[derive(Clone, PartialEq)]
 #[doc(hidden)]
 pub struct FbxOriginal {
@@ -64,7 +64,7 @@ pub struct FbxOriginal {
     /// The number among the nodes of the file of each node of the scene.
     #[doc(hidden)]
     pub nodes: Arc<[u32]>,
-    /// Whether the clips of the file stay beside those of the scene.
+    /// Whether the clips of the file are kept beside the clips of the scene.
     #[doc(hidden)]
     pub keeps_clips: bool,
 }

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Data that a laboratory recorded in addition to the motion. Steps and conversions do not change it. Times are in
-/// seconds from the first frame of the file, lengths in metres. The axes are those of the scene as it was read, with +Y
-/// up.
+/// seconds from the first frame of the file, lengths in metres. The axes are the axes of the scene as it was read, with
+/// +Y up.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -36,7 +36,7 @@ pub struct Recording {
     pub outputs: Vec<AnalogChannel>,
 }
 
-/// A moment with a name, from a person or a program.
+/// A time with a name, from a person or a program.
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

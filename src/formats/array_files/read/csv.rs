@@ -156,7 +156,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     own_entries(json, (frames, count), &positions, &rotations, rotation.len())
 }
 
-/// The arrays of this program, as its `.npz` has them.
+/// The arrays of a table that mocap wrote, with the names and shapes of mocap's `.npz`.
 pub(super) fn own_entries(
     header: &str,
     (frames, joints): (usize, usize),

@@ -44,12 +44,12 @@ const USUAL_RATE: f64 = 60.0;
 /// What moves besides the shapes: the start of a column's name, and the joint.
 const ROTATIONS: [(&str, &str); 3] = [("Head", "head"), ("LeftEye", "left eye"), ("RightEye", "right eye")];
 
-/// Weights of shapes at moments.
+/// Weights of shapes over time.
 struct Track {
     shapes: Vec<&'static str>,
     /// Ticks, which increase.
     ticks: Vec<f64>,
-    /// Of each shape its weights.
+    /// The weights of each shape, one per frame.
     weights: Vec<Vec<f32>>,
     rate: f64,
     assumption: Option<Assumption>,
@@ -210,7 +210,7 @@ fn rate_of(moments: &[Moment]) -> (f64, Option<Assumption>) {
     }
 }
 
-/// The tick of each moment from the first on.
+/// The tick of each time, counted from the first time.
 fn ticks(moments: &[Moment], rate: f64, warnings: &mut Warnings) -> Vec<f64> {
     /// Seconds of a day, after which a timecode begins anew.
     const DAY: f64 = 86_400.0;

@@ -193,7 +193,7 @@ impl<'a> NdArray<'a> {
         numbers
     }
 
-    /// The elements as texts. Empty for numbers.
+    /// The elements as strings. Empty for numbers.
     pub(super) fn texts(&self) -> Vec<String> {
         let mut texts = Vec::new();
         match self.kind {
@@ -237,7 +237,7 @@ impl<'a> NdArray<'a> {
         }
     }
 
-    /// The number in an array with a single one.
+    /// The only element of an array; `None` if the array has more or fewer elements.
     pub(super) fn scalar(&self) -> Option<f64> {
         (self.count() == 1).then(|| self.numbers().first().copied()).flatten()
     }

@@ -1,6 +1,6 @@
-//! Parquet files with this program's arrays. `mocap fk` writes a row for each frame and joint, `mocap pack --table
-//! clips` a row for each clip. The texts of the former are read a few rows at a time, because a text column can be far
-//! longer than its file.
+//! Parquet files with this program's arrays. `mocap fk` writes a row for each frame and joint,
+//! `mocap pack --table clips` a row for each clip. The strings of the former are read a few rows at a time, because a
+//! text column can be far longer than its file.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -172,7 +172,7 @@ fn parsed(header: &str) -> Result<Header, Failure> {
     })
 }
 
-/// Reads a row for each frame and joint. `longest` is the largest length of a text.
+/// Reads a row for each frame and joint. `longest` is the largest length of a string.
 fn rows(builder: Builder, longest: u64, json: String) -> Result<ParquetRows, Failure> {
     let header = parsed(&json)?;
     let rotation = rotation_columns(&header.rotation);
@@ -266,7 +266,7 @@ fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Re
         let Some((json, [positions, rotations])) = clip(&batch)? else {
             continue;
         };
-        // A dictionary has a text once, but any number of rows may refer to it.
+        // A dictionary has a string once, but any number of rows may refer to it.
         left = left
             .checked_sub(json.len() as u64)
             .ok_or_else(|| limit_exceeded("headers in proportion to the file".to_owned(), "longer ones".to_owned()))?;

@@ -1,8 +1,8 @@
-//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, texts, and arrays of NumPy and PyTorch.
+//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, strings, and arrays of NumPy and PyTorch.
 //!
 //! A pickle is a program for a stack machine, and may call any Python function. This reader calls none: it knows the
-//! few names that build arrays, and refuses every other name. The operations are those of Python's `pickletools`,
-//! protocols 0 to 5.
+//! few names that build arrays, and refuses every other name. The operations are from Python's `pickletools`, protocols
+//! 0 to 5.
 //!
 //! Objects are in one list and refer to each other by index. So a pickle that repeats an object a thousand times takes
 //! no more memory than its bytes. One operation has at least a byte and makes at most one object; an object takes less

@@ -190,7 +190,7 @@ pub(super) fn floats(name: &str, shape: Vec<usize>, values: &[f32]) -> Result<Nd
     NdArray::new(name, (Kind::Float(4), false), shape, false, Bytes::made(bytes))
 }
 
-/// Texts in NumPy's form.
+/// Strings in NumPy's form.
 fn texts(texts: &[String]) -> Result<NdArray<'static>, Failure> {
     let longest = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
     // One long name must not make all names long.

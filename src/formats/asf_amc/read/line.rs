@@ -7,7 +7,7 @@ use mocap_scene::limits::FARTHEST;
 use crate::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
 
-/// The lines of a text that contain a word, without comments.
+/// The lines of a file that contain a word, without comments.
 pub(super) struct Lines<'a> {
     cursor: Cursor<'a>,
 }
@@ -79,7 +79,7 @@ impl<'a> Lines<'a> {
         Diagnostic::new(code, message).at(self.cursor.locate_end())
     }
 
-    /// The error for a text that ends where `expected` should be.
+    /// The error for a file that ends where `expected` should be.
     pub(super) fn ended(&self, message: impl Into<String>, expected: impl Into<String>) -> Failure {
         Box::new(
             self.at_end(Code::UnexpectedEnd, message)

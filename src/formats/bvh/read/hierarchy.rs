@@ -315,7 +315,7 @@ impl<'a> Reader<'a, '_> {
         )
     }
 
-    /// The error for a text that ends inside the construction of `keyword`, before `expected`.
+    /// The error for a file that ends inside the construction of `keyword`, before `expected`.
     fn cut_off(&self, keyword: &str, expected: &str) -> Failure {
         self.in_open_joint(
             Diagnostic::new(Code::UnexpectedEnd, format!("the file ends inside {keyword}"))

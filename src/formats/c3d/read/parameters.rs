@@ -93,7 +93,7 @@ fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Fa
     Ok(match kind {
         -1 => {
             let taken = bytes.take(count)?;
-            // The first dimension is the length of a text. Without dimensions there is a single letter.
+            // The first dimension is the length of a string. Without dimensions there is a single letter.
             let length = dimensions.first().copied().unwrap_or(1).max(1);
             Values::Texts(taken.chunks_exact(length).map(text).collect())
         }
@@ -173,7 +173,7 @@ impl Parameters {
         }
     }
 
-    /// The texts of a parameter: 255 in `LABELS`, as many in `LABELS2`, and so on.
+    /// The strings of a parameter: 255 in `LABELS`, as many in `LABELS2`, and so on.
     pub(super) fn all_texts(&self, group: &str, name: &str) -> Vec<&str> {
         let parts = parts(name).map_while(|part| self.texts(group, &part));
         parts.flatten().map(String::as_str).collect()

@@ -46,7 +46,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
     /// The offset of the first section, in bytes: after the magic, two bytes that detect damage, one byte for the byte
     /// order, and the version.
     const SECTIONS: usize = 27;
-    /// From this version on, the numbers of a section take 8 bytes instead of 4.
+    /// In this version and later versions, the numbers of a section take 8 bytes instead of 4.
     const WIDE: u32 = 7500;
     let version = bytes.get(SECTIONS - 4..SECTIONS)?.first_chunk().copied()?;
     let number_size = if u32::from_le_bytes(version) >= WIDE { 8 } else { 4 };

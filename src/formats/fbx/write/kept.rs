@@ -294,9 +294,9 @@ impl Models {
         }
     }
 
-    /// Reads the new file and compares joints with the scene at some moments.
+    /// Reads the new file and compares joints with the scene at some times.
     fn compare(&self, scene: &Scene, bytes: &[u8], clips: usize) -> Result<(), String> {
-        /// The number of compared moments per clip.
+        /// The number of compared times per clip.
         const MOMENTS: usize = 8;
         let options = ReadOptions {
             without_meshes: true,

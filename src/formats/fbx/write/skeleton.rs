@@ -279,7 +279,8 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
 /// importer built into Blender 5.0 connects heads within 1e-4 units of the armature. A joint that moves by less than
 /// the offset stays connected.
 pub(super) fn beside_the_tails(scene: &Scene, placed: &[Placed], moving: &BTreeMap<usize, f64>) -> Vec<DVec3> {
-    /// The offset relative to the distance from the origin or the link length: the rounding error of keys.
+    /// The offset as a fraction of the larger of the distance from the origin and the link length: the rounding error
+    /// of keys.
     const SHARE: f64 = 1e-5;
 
     /// The least offset, in units of the file. Blender connects bones nearer than 1e-4.

@@ -79,7 +79,7 @@ fn has(expressions: &[Expression], preset: &str) -> bool {
     is_there(&preset) && !(preset.name() == "blink" && one_eyed.iter().any(is_there))
 }
 
-/// Tracks of presets for shapes that are no expressions of the character. A preset with a track of its own stays.
+/// Tracks of presets for shapes that are no expressions of the character. A preset with a track of its own keeps it.
 pub(super) fn presets(tracks: &[FaceTrack], expressions: &[Expression]) -> Vec<FaceTrack> {
     let is_lacking = |track: &&FaceTrack| !expressions.iter().any(|own| own.is_of(&track.face));
     let lacking: Vec<&FaceTrack> = tracks.iter().filter(is_lacking).collect();

@@ -215,7 +215,7 @@ impl Builder<'_> {
                 Nodes::OfAllAnimations
             }
         };
-        // glTF allows several animations. Clip names and their order stay.
+        // glTF allows several animations. Clip names and their order do not change.
         for (index, take) in scene.animations.iter().enumerate() {
             let written = animation::write(
                 scene,

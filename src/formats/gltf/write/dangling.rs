@@ -1,7 +1,8 @@
 //! Removes invalid indices from a file that is passed through.
 //!
-//! Most of such a file is not read, and other programs refuse an invalid index, or stop at it. The smallest member with
-//! the index that a valid file may lack is removed. A list whose items are referred to by number keeps a stand-in.
+//! mocap reads only a part of such a file, but other programs reject a file with an invalid index, or fail at it. The
+//! smallest optional member that contains the index is removed. In lists that are indexed, a placeholder replaces the
+//! removed item.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -223,7 +224,7 @@ impl File {
                 channels.retain(|channel| !dead.contains(&channel["sampler"].to_string()));
             }
             for index in &dead {
-                // Sampler indices stay.
+                // Sampler indices do not change.
                 let path = [&at[..], std::slice::from_ref(index)].concat();
                 if let Some(sampler) = self.json.pointer_mut(&pointer(&path)) {
                     *sampler = sound.clone();

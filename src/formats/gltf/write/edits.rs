@@ -19,7 +19,7 @@ struct Node<'a> {
     matrix: Option<&'a RawValue>,
 }
 
-/// Edits of a text.
+/// Edits of a JSON document.
 pub(super) struct Edits<'a> {
     text: &'a str,
     edits: Vec<(Range<usize>, String)>,
@@ -44,7 +44,7 @@ impl<'a> Edits<'a> {
         self.edits.push((range, with.into()));
     }
 
-    /// Inserts a text at the beginning of an object, before its first member.
+    /// Inserts a string at the beginning of an object, before its first member.
     pub(super) fn insert_in(&mut self, object: &RawValue, member: String) {
         let at = self.range(object.get()).start + 1;
         self.edits.push((at..at, member));
@@ -80,7 +80,7 @@ impl<'a> Edits<'a> {
     }
 
     /// Appends items to an array of the root. Present items for which `is_freed` holds are removed from the end of the
-    /// array. Elsewhere `stand_in` replaces them, so that indices stay.
+    /// array. Elsewhere `stand_in` replaces them, so that indices do not change.
     pub(super) fn exchange(
         &mut self,
         name: &str,

@@ -1,7 +1,7 @@
 //! Frees the data of a glTF file that only replaced animations need: accessors, buffer views, bytes.
 //!
-//! Indices of accessors and views stay, because extensions may refer to them. Freed items at the end of a list are
-//! removed. Elsewhere the smallest valid item replaces them.
+//! Indices of accessors and views do not change, because extensions may refer to them. Freed items at the end of a list
+//! are removed. Elsewhere the smallest valid item replaces them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! Writes a scene into the file with meshes from which it was read. Everything but the animations stays.
+//! Writes a scene into the file with meshes from which it was read. Everything but the animations is kept.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -170,7 +170,7 @@ fn kind_of(name: &str) -> &'static str {
     }
 }
 
-/// A `.glb` as a text and its buffer.
+/// A `.glb` as its JSON document and its buffer.
 fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<ExportFile>> {
     let (text, bin) = json::split(glb)?;
     let text = utf8(text)?.trim_end();
@@ -187,7 +187,7 @@ fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<Exp
     Ok(beside.into_iter().chain([text]).collect())
 }
 
-/// A `.glb` from a text whose buffers are data URIs.
+/// A `.glb` from a JSON document whose buffers are data URIs.
 fn glb_of_text(text: &[u8]) -> Result<Vec<u8>> {
     let (text, _) = json::split(text)?;
     Ok(Glb::new(text.to_vec(), None, &[])?.around(&[]))

@@ -122,7 +122,7 @@ pub(in super::super) struct Clip<'a> {
     pub(in super::super) animation: &'a Animation,
     pub(in super::super) provenance: Option<&'a Provenance>,
     pub(in super::super) morphs: &'a [MorphTrack],
-    /// Those of its source.
+    /// The extras of its source.
     pub(in super::super) extras: Option<Value>,
 }
 

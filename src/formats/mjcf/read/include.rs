@@ -16,8 +16,8 @@ const MOST_FILES: usize = 64;
 /// The allowed outermost elements of an included file.
 const ROOTS: &[&str] = &["mujoco", "mujocoinclude"];
 
-/// The names and texts of all files that the text includes, directly or indirectly. Names are relative to the folder of
-/// the main file, even in included files, or else to the folder of the including file. MuJoCo includes a file once.
+/// The names and contents of all files that the text includes, directly or indirectly. Names are relative to the folder
+/// of the main file, even in included files, or else to the folder of the including file. MuJoCo includes a file once.
 pub(super) fn texts(source: &Source<'_>, text: &str, limits: &Limits) -> Result<Vec<(String, String)>, Failure> {
     let mut found: Vec<(String, String)> = Vec::new();
     let mut waiting = names((text, Path::new("")), &["mujoco"], &mut found, source, limits)?;
@@ -41,7 +41,7 @@ fn in_included(mut failure: Diagnostic, name: &str) -> Failure {
     Box::new(failure)
 }
 
-/// Parses the trees of these texts.
+/// Parses the trees of these files.
 pub(super) fn parse<'a>(texts: &'a [(String, String)], limits: &Limits) -> Result<Vec<IncludedFile<'a>>, Failure> {
     let file = |(name, text): &'a (String, String)| {
         Ok(IncludedFile {
@@ -52,7 +52,7 @@ pub(super) fn parse<'a>(texts: &'a [(String, String)], limits: &Limits) -> Resul
     texts.iter().map(file).collect()
 }
 
-/// Reads the files that a text in a folder includes. Returns their indices among the found files, and their paths. All
+/// Reads the files that a file in a folder includes. Returns their indices among the found files, and their paths. All
 /// folders are relative to the main file's folder.
 fn names(
     (text, folder): (&str, &Path),

@@ -1,4 +1,4 @@
-//! The words of a layer: names, numbers, texts and single bytes, separated by spaces and comments.
+//! The words of a layer: names, numbers, strings and single bytes, separated by spaces and comments.
 
 use mocap_scene::error::{Code, Diagnostic, Location};
 
@@ -84,7 +84,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// A text in quotes, single or triple, with escapes.
+    /// A string in quotes, single or triple, with escapes.
     pub(super) fn string(&mut self) -> Result<String, Failure> {
         let quote = self.peek().filter(|byte| matches!(byte, b'"' | b'\''));
         let quote = quote.ok_or_else(|| self.unexpected("a text in quotes"))?;
@@ -149,7 +149,7 @@ impl<'a> Tokens<'a> {
         Ok(String::from_utf8_lossy(&name[..end]).replace("\\@@@", "@@@"))
     }
 
-    /// The location of the word at an offset of a text.
+    /// The location of the word at an offset of the layer.
     pub(super) fn locate(text: &[u8], offset: usize) -> Location {
         let mut cursor = Cursor::new(text);
         cursor.set_offset(offset);

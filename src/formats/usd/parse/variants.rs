@@ -28,7 +28,7 @@ impl<'a> Parser<'a> {
         self.tokens.expect(b'{')?;
         let selections = layer.prims[prim].metadata.get("variants");
         let texts = selections.map_or(&[][..], |value| value.texts.as_slice());
-        // The texts of a selection are its type, its set and its variant.
+        // The strings of a selection are its type, its set and its variant.
         let mut selections = texts.chunks_exact(3);
         let selected = selections.find(|texts| texts[1] == set).map(|texts| texts[2].clone());
         if selected.is_none() {

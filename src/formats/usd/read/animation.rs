@@ -130,8 +130,8 @@ impl Times {
         })
     }
 
-    /// Checks the length of an animation against the limits. An error states the location of the value that makes it so
-    /// long.
+    /// Checks the length of an animation against the limits. The error states the location of the value that makes the
+    /// animation too long.
     fn check(&self, layer: &Layer<'_>, prim: &Prim, nodes: usize, budget: &mut FrameBudget) -> Result<(), Failure> {
         let by_time = |a: &&(f64, Value), b: &&(f64, Value)| a.0.total_cmp(&b.0).then(a.1.offset.cmp(&b.1.offset));
         let mut stated = Vec::new();

@@ -11,7 +11,7 @@ use super::{ROOT, SKELETON, unrepresentable};
 use crate::usd::KINDS;
 
 pub(super) struct Skeleton {
-    /// The path of each joint: identifiers from the root joint on.
+    /// The path of each joint: identifiers, starting with the root joint.
     pub(super) joints: Vec<String>,
     /// The rest matrix from each joint to the skeleton.
     pub(super) rest: Vec<DMat4>,

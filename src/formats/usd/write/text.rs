@@ -117,7 +117,7 @@ pub(super) fn matrix(out: &mut String, matrix: DMat4) {
     let _ = write!(out, "( {} )", rows.join(", "));
 }
 
-/// A text in quotes.
+/// A string in quotes.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

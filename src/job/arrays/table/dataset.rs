@@ -276,7 +276,7 @@ fn check_license(license: &str) -> Result<()> {
 }
 
 impl DatasetWriter {
-    /// The identifier of the licence: that of the caller, else the one that all clips state. `other` for several
+    /// The identifier of the licence: from the caller, otherwise the licence that all clips state. `other` for several
     /// licences, and for one that is no identifier.
     fn license(&self) -> Option<String> {
         if self.license.is_some() {

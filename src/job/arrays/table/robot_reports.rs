@@ -171,7 +171,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
     batch(columns.collect(), true)
 }
 
-/// Adds an element to a list: its texts and its numbers.
+/// Adds an element to a list: its strings and its numbers.
 type Add<'a> = dyn FnMut(&[&str], &[f64]) + 'a;
 
 /// A column of struct lists, one list for each report. A struct has these text fields, then these number fields. `fill`

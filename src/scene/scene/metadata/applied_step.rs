@@ -121,7 +121,7 @@ impl AppliedStep {
 }
 
 /// A step of `edit` as files record it. It is a JSON object with the step's name in `step`, next to its options.
-/// Earlier versions recorded a text.
+/// Earlier versions recorded a string.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,7 +130,7 @@ impl AppliedStep {
 pub struct StepRecord(#[doc(hidden)] pub serde_json::Value);
 
 impl StepRecord {
-    /// The name of the step; `None` if the record is a text.
+    /// The name of the step; `None` if the record is a string.
     pub fn step(&self) -> Option<&str> {
         self.0.get("step")?.as_str()
     }

@@ -33,7 +33,7 @@ const TIMES: [(&str, f64); 5] = [
 /// The frame rate in Hz that is taken where no frame has a time.
 const USUAL_RATE: f64 = 30.0;
 
-/// The time between two frames, in seconds, from which on times are in milliseconds: no take has a frame a second.
+/// The time between two frames, in seconds, at or above which times are in milliseconds: no take has a frame a second.
 const SLOWEST: f64 = 1.0;
 
 /// How far a frame rate may be from a whole number and mean it, as a fraction: timestamps are whole milliseconds.

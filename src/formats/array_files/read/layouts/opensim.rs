@@ -1,6 +1,6 @@
 //! Joint angles of OpenSim's models, by their coordinate names: `hip_flexion_r`, `knee_angle_l`, ...
 //!
-//! The names are those of OpenSim's gait models and of *Rajagopal 2016*. Their files do not state bone lengths. So the
+//! The names come from OpenSim's gait models and from *Rajagopal 2016*. Their files do not state bone lengths. So the
 //! angles are applied to the body of `--body`, or to a body of generic proportions. Joint axes differ slightly between
 //! models, and the angles do not show the model.
 

@@ -21,7 +21,7 @@ pub(super) struct Machine<'s, 'a> {
     memo: HashMap<u32, Id>,
     /// The immutable values, stored once: none, true, false, the empty tuple.
     constants: HashMap<u8, Id>,
-    /// The bytes of encoded texts.
+    /// The bytes of encoded strings.
     encoded: HashMap<Id, Bytes<'a>>,
     storages: Storages<'s, 'a>,
 }
@@ -81,7 +81,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(true)
     }
 
-    /// Operations that push a number or a text.
+    /// Operations that push a number or a string.
     fn scalar(&mut self, operation: u8) -> Result<bool, Failure> {
         let number = |value: f64| Object::Number(value);
         let object = match operation {
@@ -353,7 +353,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(Object::Bytes(Bytes::File(self.take(length)?)))
     }
 
-    /// A text in UTF-8. Python 2 texts are bytes.
+    /// A string in UTF-8. Python 2 strings are bytes.
     fn text(&mut self, size: usize) -> Result<Object<'a>, Failure> {
         let length = usize::try_from(self.unsigned(size)?).unwrap_or(usize::MAX);
         let bytes = self.take(length)?;

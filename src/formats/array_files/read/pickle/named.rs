@@ -17,8 +17,8 @@ const LEAST: usize = 32;
 /// The number of objects to visit in a small pickle.
 const FEW: usize = 4096;
 
-/// The arrays of a pickle, in order, named `outer.inner`. Numbers and texts become arrays of one element, lists of
-/// numbers and of texts become arrays of one axis. Other objects have no name.
+/// The arrays of a pickle, in order, named `outer.inner`. Numbers and strings become arrays of one element, lists of
+/// numbers and of strings become arrays of one axis. Other objects have no name.
 pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
     let mut finder = Finder {
         objects: &pickle.objects,
@@ -99,7 +99,7 @@ impl<'a> Finder<'_, 'a> {
 
     fn add_texts(&mut self, name: String, shape: Vec<usize>, texts: &[&str]) {
         let length = texts.iter().map(|text| text.len()).max().unwrap_or(0);
-        // Texts of different lengths are padded to the longest.
+        // Strings of different lengths are padded to the longest.
         let size = length.saturating_mul(texts.len());
         if size > self.left {
             return;

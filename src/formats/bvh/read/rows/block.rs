@@ -115,7 +115,7 @@ wide::dispatch! {
     }
 }
 
-/// The number of bytes from which on a number is long.
+/// The smallest number of bytes of a long number.
 const LONG: usize = 16;
 
 /// Skips the spaces after a number. A line may also end there.

@@ -14,7 +14,7 @@ pub enum Layout {
     Stream,
 }
 
-/// Finds the layout of the text from here on, if `rows_before` lines were whole rows.
+/// Finds the layout of the text from the current position, if `rows_before` lines were whole rows.
 ///
 /// If a row is a line, text after the `most` rows that will be read does not matter.
 pub fn find(
@@ -155,7 +155,7 @@ impl Line<'_> {
     }
 }
 
-/// The lines from the cursor on, without blank ones.
+/// The lines that start at the cursor, without blank lines.
 #[derive(Clone)]
 struct Lines<'a> {
     cursor: Cursor<'a>,

@@ -14,7 +14,7 @@ use super::{Block, Frames};
 use crate::Failure;
 use crate::text::is_space;
 
-/// The number of bytes in memory from which on a second thread saves time.
+/// The smallest number of bytes in memory for which a second thread saves time.
 pub(super) const WORTHWHILE: usize = 2 << 20;
 
 /// The result of reading pieces.

@@ -49,8 +49,9 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
     digits
 }
 
-/// The number at the start of a text, correctly rounded, and its length. It consists of `-`, digits, and a point among
-/// them, with a space or a line end after it. `None` for every other spelling, and if the result may not be exact.
+/// The number at the start of a string, correctly rounded, and its length. It consists of `-`, digits, and a point
+/// among them, with a space or a line end after it. `None` for every other spelling, and if the result may not be
+/// exact.
 ///
 /// # Safety
 /// On x86-64 the processor must have AVX2.

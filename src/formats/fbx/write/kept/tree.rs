@@ -64,7 +64,7 @@ impl<'a> RawFile<'a> {
 }
 
 impl<'a> RawElement<'a> {
-    /// The value at an index, if the value is an integer or a text.
+    /// The value at an index, if the value is an integer or a string.
     pub(super) fn value(&self, index: usize) -> Option<RawValue<'a>> {
         let mut rest = self.values;
         for place in 0..self.count {

@@ -40,7 +40,7 @@ impl Builder<'_> {
             }
         }
         if self.root.skins.is_empty() && scene.meshes.is_empty() && self.options.compression != Compression::None {
-            // Nothing is bound to the joints, so 64 bytes for each would be useless.
+            // No mesh is bound to the joints, so the inverse bind matrices (64 bytes per joint) are omitted.
             self.skin_with(&joints, None);
         } else if self.root.skins.is_empty() {
             let skin = self.skin(&joints, &[]);

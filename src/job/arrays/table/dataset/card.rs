@@ -369,7 +369,7 @@ fn quoted(text: &str) -> String {
     serde_json::to_string(text).unwrap_or_default()
 }
 
-/// A text from a file in a Markdown table, escaped to plain text.
+/// A string from a file in a Markdown table, escaped to plain text.
 fn cell(text: &str) -> String {
     let mut cell = String::new();
     for c in text.chars() {

@@ -22,7 +22,7 @@ const FOOT_NOISE: f64 = 0.03;
 /// stays in place and may lean. In clips of 30 kinds of motion the median error of the mean is 3 degrees.
 const POSTURE_NOISE: [f64; 2] = [0.06, 0.14];
 
-/// The standard deviation of parallel soles, in radians: 1.4 degrees in the median of the same clips, and 11 in their
+/// The standard deviation of parallel soles, in radians: a median of 1.4 degrees in the same clips, and 11 in their
 /// last fifth.
 const SOLE_NOISE: f64 = 0.07;
 
@@ -32,7 +32,7 @@ const PARALLEL: f64 = 16.0;
 /// The largest height difference in metres between feet that stand side by side.
 const SIDE_BY_SIDE: f64 = 0.04;
 
-/// The mean distance in metres between steps from which on the ground below them is level.
+/// The smallest mean distance in metres between steps at which the ground below them is level.
 const WALKED: f64 = 0.5;
 
 /// The height in metres of the ball joint above the sole, from the vertices of SAM 3D Body for standing feet.

@@ -108,8 +108,8 @@ pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut
 /// Rotates a hand if its rotations do not match.
 fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> Option<()> {
     /// Vectors in the axes of a left wrist, in metres. The first goes from the wrist to the first joint of the middle
-    /// finger. The second goes from the first joint of the ring finger to that of the index finger. No body shape
-    /// changes their directions by a degree.
+    /// finger. The second goes from the first joint of the ring finger to the first joint of the index finger. No body
+    /// shape changes their directions by a degree.
     const PALM: [DVec3; 2] = [DVec3::new(0.0745, 0.003, 0.0), DVec3::new(0.006, 0.001, -0.039)];
     let find = |name: &str| joints.iter().position(|joint| joint.name == format!("{letter}_{name}"));
     let (Some(wrist), Some(middle), Some(index), Some(ring)) =

@@ -16,8 +16,8 @@ use crate::array_files::read::ndarray::NdArray;
 /// The persons of a frame, with the number of the frame.
 pub(super) type Frame = (u64, Vec<Sample>);
 
-/// The median distance in metres of consecutive samples from which on they are different persons. Samples of one person
-/// in a take are nearer, even if the distance from the camera varies by 5 percent.
+/// The smallest median distance in metres of consecutive samples at which they are different persons. Samples of one
+/// person in a take are nearer, even if the distance from the camera varies by 5 percent.
 const APART: f64 = 0.6;
 
 /// The largest number of persons in one list or along one axis. More samples are frames.
@@ -34,7 +34,7 @@ struct Group<'n> {
     frames: Vec<Vec<Sample>>,
 }
 
-/// The frames of a file, in order. A frame without a person stays, without samples.
+/// The frames of a file, in order. A frame without a person is kept, without samples.
 pub(super) fn frames_of(reader: &Reader<'_, '_>, kind: Kind) -> Result<Vec<Frame>, Failure> {
     let entries = reader.entries;
     if entries.is_cut {
