@@ -230,7 +230,7 @@ uint32_t mocap_node_parent(const struct mocap_scene *scene, uint32_t node);
  The first node with this name, depth-first. MOCAP_NO_NODE if there is none; `mocap_error_text` then names the node.
 
  # Safety
- `scene` is an open scene, and `name` is a text that ends with a zero byte.
+ `scene` is an open scene, and `name` is a string that ends with a zero byte.
  */
 uint32_t mocap_find_node(const struct mocap_scene *scene,
                          const char *name);
@@ -342,7 +342,7 @@ enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
  position. In a scene without animations, the chain has the rest pose. For ticks, see `mocap_local_matrices`.
 
  # Safety
- `scene` is an open scene, `joint` a text, and `matrices` points to room for `count` matrices. `point` and
+ `scene` is an open scene, `joint` a string, and `matrices` points to room for `count` matrices. `point` and
  `point_in_world` are NULL or point to three floats.
  */
 size_t mocap_chain(const struct mocap_scene *scene,
@@ -528,8 +528,8 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
                                   size_t assumption);
 
 /*
- Returns a copy of a scene after steps in order, as `mocap edit` does. `steps` is a JSON list. Each step is a text in
- the form of `mocap edit --step`, or an object with the step's name and options.
+ Returns a copy of a scene after steps in order, as `mocap edit` does. `steps` is a JSON list. Each step is a string
+ in the form of `mocap edit --step`, or an object with the step's name and options.
 
      mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 
@@ -540,7 +540,7 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
  Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 
  # Safety
- `scene` is an open scene, `steps` is a text that ends with a zero byte, and `others` points to `other_count` open
+ `scene` is an open scene, `steps` is a string that ends with a zero byte, and `others` points to `other_count` open
  scenes, or is NULL where `other_count` is 0.
  */
 struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
@@ -594,7 +594,7 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
  A scene never changes, so any number of threads may use it at the same time. Free it with `mocap_close`.
 
  # Safety
- `path` is a text that ends with a zero byte.
+ `path` is a string that ends with a zero byte.
  */
 struct mocap_scene *mocap_open_file(const char *path);
 
@@ -607,7 +607,7 @@ struct mocap_scene *mocap_open_file(const char *path);
  `mocap_report` returns the residuals of the solution. NULL means no options. The result is as for `mocap_open_file`.
 
  # Safety
- `path` is a text that ends with a zero byte, and so is `reading`, or it is NULL.
+ `path` is a string that ends with a zero byte, and so is `reading`, or it is NULL.
  */
 struct mocap_scene *mocap_open_file_as(const char *path,
                                        const char *reading);
@@ -617,7 +617,7 @@ struct mocap_scene *mocap_open_file_as(const char *path,
  the file name in errors.
 
  # Safety
- `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
+ `bytes` points to `size` bytes, and `name` is a string that ends with a zero byte.
  */
 struct mocap_scene *mocap_open_memory(const uint8_t *bytes,
                                       size_t size,
@@ -694,7 +694,7 @@ const char *mocap_unmapped_text(const struct mocap_retargeter *retargeter,
  the reason. You may close the scene after this call. Free the stream with `mocap_robot_stream_free`.
 
  # Safety
- `source` is an open scene, and `robot` is a text that ends with a zero byte.
+ `source` is an open scene, and `robot` is a string that ends with a zero byte.
  */
 struct mocap_robot_stream *mocap_robot_stream_new(const struct mocap_scene *source,
                                                   const char *robot,
@@ -788,7 +788,7 @@ char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
  `problem`. Free the text with `mocap_text_free`. NULL if the job fails; no file is then written.
 
  # Safety
- `job` is a text that ends with a zero byte.
+ `job` is a string that ends with a zero byte.
  */
 char *mocap_run(const char *job);
 
@@ -800,13 +800,13 @@ char *mocap_run(const char *job);
  NULL if the files cannot be compared.
 
  # Safety
- `source` and `output` are texts that end with a zero byte.
+ `source` and `output` are strings that end with a zero byte.
  */
 char *mocap_verify(const char *source,
                    const char *output);
 
 /*
- Frees a text that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
+ Frees a string that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
  allowed.
 
  # Safety
@@ -827,13 +827,13 @@ void mocap_text_free(char *text);
  You may close the scene after this call.
 
  # Safety
- `scene` is an open scene, and `what` is a text that ends with a zero byte.
+ `scene` is an open scene, and `what` is a string that ends with a zero byte.
  */
 struct mocap_table *mocap_table_new(const struct mocap_scene *scene,
                                     const char *what);
 
 /*
- Frees a table, its texts and its values. NULL is allowed.
+ Frees a table, its strings and its values. NULL is allowed.
 
  # Safety
  `table` comes from `mocap_table_new`, was not freed before, and is used by no other thread.
@@ -906,7 +906,7 @@ const double *mocap_table_values(const struct mocap_table *table);
  `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
 
  # Safety
- `scene` is an open scene, and `what` is a text that ends with a zero byte.
+ `scene` is an open scene, and `what` is a string that ends with a zero byte.
  */
 char *mocap_report(const struct mocap_scene *scene,
                    const char *what);

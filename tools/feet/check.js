@@ -16,7 +16,7 @@ const TOP = fileURLToPath(new URL("../../", import.meta.url));
 const MOCAP = process.env.MOCAP;
 /** The largest that a speed and an acceleration may be beside those without a lock. */
 const [SPEED, ACCELERATION] = [1.2, 1.5];
-/** How much faster feet in contact may slide than those of the source, in metres a second. */
+/** The largest sliding speed of feet in contact above the sliding speed of the source's feet, in metres a second. */
 const MORE_SLIDE = 0.005;
 
 const truth = JSON.parse(readFileSync(join(TOP, "fixtures/skeletons/truth.json"), "utf8")).files;

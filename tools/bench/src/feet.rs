@@ -27,10 +27,10 @@ const CLIPS: [&str; 10] = [
     "cmu_mixed_rotation_orders.bvh",
 ];
 
-/// Of these the first ones are made clean, and then slide.
+/// The number of clips, from the start of the list, that are cleaned and then given artificial sliding.
 const SLIDING: usize = 3;
 
-/// The largest change of another joint that is wanted, in metres.
+/// The largest accepted displacement of any other joint, in metres.
 const LIMIT: f64 = 0.02;
 
 pub(crate) fn measure() -> Result<()> {

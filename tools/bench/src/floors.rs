@@ -9,7 +9,7 @@ pub(crate) fn count_lines(text: &[u8]) -> usize {
     memchr::memchr_iter(b'\n', text).count()
 }
 
-/// Parses every number of a text as a correctly rounded `f64`. Only their sum is kept.
+/// Parses every number of a string as a correctly rounded `f64`. Only their sum is kept.
 pub(crate) fn tokenise(text: &[u8]) -> f64 {
     let mut rest = text;
     let mut sum = 0.0;

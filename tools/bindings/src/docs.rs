@@ -22,7 +22,7 @@ fn ended(text: &str) -> String {
     }
 }
 
-/// The text of links, without their brackets and their targets. Brackets without a code span or a target stay.
+/// The text of links, without their brackets and their targets. Brackets without a code span or a target are kept.
 fn without_links(text: &str) -> String {
     let (mut plain, mut rest) = (String::new(), text);
     while let Some((before, after)) = rest.split_once('[') {

@@ -77,7 +77,7 @@ pub enum Kind {
     Integer,
     /// A number.
     Number,
-    /// A text, which may be a path.
+    /// A string, which may be a path.
     Text,
     /// A definition, by its name.
     Named(String),

@@ -411,7 +411,7 @@ Limb = {limbs}
         source
     }
 
-    /// The fields of a record and of those in it.
+    /// The fields of a record and of the records in it.
     fn parameters(&self, record: &str, place: &str) -> Vec<Parameter> {
         let mut parameters = Vec::new();
         self.add(record, place, &[], &mut parameters);

@@ -36,7 +36,7 @@ const OWN_TYPES: &[(&str, &str, &str)] = &[
     ("RobotTarget", "passes", "1 | 2"),
 ];
 
-/// The texts that a type takes whose schema says no more than `string`.
+/// The strings that a type takes whose schema says no more than `string`.
 const TEXTS: &[(&str, &str)] = &[
     ("Angle", "number | `${number}`"),
     (

@@ -1,4 +1,4 @@
-//! The generated files are those of the library as it is.
+//! The generated files match the library.
 
 use mocap_bindings::{Generated, files};
 

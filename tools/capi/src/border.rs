@@ -1,4 +1,4 @@
-//! The border between Rust and C: converts errors to a text and a status, and catches panics.
+//! The border between Rust and C: converts errors to a string and a status, and catches panics.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -101,7 +101,7 @@ impl LastFailure {
     }
 }
 
-/// The longest start of a text within `bytes` bytes that ends between two characters.
+/// The longest start of a string within `bytes` bytes that ends between two characters.
 fn before(text: &str, bytes: usize) -> &str {
     let end = (0..=bytes).rev().find(|&end| text.is_char_boundary(end));
     &text[..end.unwrap_or(0)]
@@ -159,7 +159,7 @@ fn caught<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Status> {
     result
 }
 
-/// Converts a text for C. The text ends at its first zero byte.
+/// Converts a string for C. The text ends at its first zero byte.
 pub(crate) fn c_text(text: &str) -> CString {
     let before_zero = text.split('\0').next().unwrap_or_default();
     CString::new(before_zero).unwrap_or_default()

@@ -33,7 +33,7 @@ pub struct ChainMatrix {
 /// position. In a scene without animations, the chain has the rest pose. For ticks, see `mocap_local_matrices`.
 ///
 /// # Safety
-/// `scene` is an open scene, `joint` a text, and `matrices` points to room for `count` matrices. `point` and
+/// `scene` is an open scene, `joint` a string, and `matrices` points to room for `count` matrices. `point` and
 /// `point_in_world` are NULL or point to three floats.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_chain(
@@ -47,9 +47,9 @@ pub unsafe extern "C" fn mocap_chain(
     count: usize,
 ) -> usize {
     guard(0, || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?;
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         let joint = unsafe { text(joint, "joint") }?.to_string_lossy();
         if scene.animation_count() > 0 {
             scene.animation(animation)?;
@@ -62,17 +62,17 @@ pub unsafe extern "C" fn mocap_chain(
                 return Err(Failure::argument("point_in_world is NULL"));
             }
             let end = chain.last().ok_or_else(|| Failure::argument("the chain is empty"))?;
-            // SAFETY: the caller hands over three floats.
+            // SAFETY: the caller passes three floats.
             let point = unsafe { point.cast::<[f32; 3]>().read() };
             let in_world = pose.point_to_world(end.node, point.into());
-            // SAFETY: the caller hands over room for three floats.
+            // SAFETY: the caller passes room for three floats.
             unsafe { point_in_world.cast::<[f32; 3]>().write(in_world.to_array()) };
         }
         if count > 0 && matrices.is_null() {
             return Err(Failure::argument("matrices is NULL"));
         }
         for (index, link) in chain.iter().take(count).enumerate() {
-            // SAFETY: the caller hands over room for `count` matrices.
+            // SAFETY: the caller passes room for `count` matrices.
             unsafe { matrices.add(index).write(in_c(link)) };
         }
         Ok(chain.len())

@@ -31,7 +31,7 @@ pub unsafe extern "C" fn mocap_clip_open(bytes: *const u8, size: usize) -> *mut 
         if bytes.is_null() {
             return Err(Failure::argument("bytes is NULL"));
         }
-        // SAFETY: the caller hands over `size` bytes.
+        // SAFETY: the caller passes `size` bytes.
         let bytes = unsafe { slice::from_raw_parts(bytes, size) };
         let clip = PackedClip::new(bytes.to_vec())?;
         let nodes = clip.node_count();
@@ -65,7 +65,7 @@ pub unsafe extern "C" fn mocap_clip_close(clip: *mut Clip) {
 /// `clip` is NULL or an open packed clip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_node_count(clip: *const Clip) -> u32 {
-    // SAFETY: the caller hands over NULL or an open clip.
+    // SAFETY: the caller passes NULL or an open clip.
     guard(0, || Ok(unsafe { opened(clip) }?.clip.node_count() as u32))
 }
 
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn mocap_clip_node_count(clip: *const Clip) -> u32 {
 /// `clip` is NULL or an open packed clip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_duration(clip: *const Clip) -> f64 {
-    // SAFETY: the caller hands over NULL or an open clip.
+    // SAFETY: the caller passes NULL or an open clip.
     guard(0.0, || Ok(unsafe { opened(clip) }?.clip.duration()))
 }
 
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn mocap_clip_duration(clip: *const Clip) -> f64 {
 /// `clip` is NULL or an open packed clip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_ticks_per_second(clip: *const Clip) -> f64 {
-    // SAFETY: the caller hands over NULL or an open clip.
+    // SAFETY: the caller passes NULL or an open clip.
     guard(0.0, || Ok(unsafe { opened(clip) }?.clip.ticks_per_second()))
 }
 
@@ -107,7 +107,7 @@ pub unsafe extern "C" fn mocap_clip_pose(
     count: usize,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a clip that it alone uses.
+        // SAFETY: the caller passes NULL or a clip that it alone uses.
         let clip = unsafe { clip.as_mut() }.ok_or_else(|| Failure::argument("the clip is NULL"))?;
         let nodes = clip.pose.len();
         if count < nodes {
@@ -138,6 +138,6 @@ pub unsafe extern "C" fn mocap_clip_pose(
 /// # Safety
 /// `clip` is NULL or an open packed clip.
 unsafe fn opened<'a>(clip: *const Clip) -> Result<&'a Clip, Failure> {
-    // SAFETY: the caller hands over NULL or an open clip.
+    // SAFETY: the caller passes NULL or an open clip.
     unsafe { clip.as_ref() }.ok_or_else(|| Failure::argument("the clip is NULL"))
 }

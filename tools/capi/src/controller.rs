@@ -37,12 +37,12 @@ pub unsafe extern "C" fn mocap_controller_open(
     size: usize,
 ) -> *mut Controller {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let character = unsafe { opened(character) }?;
         if database.is_null() {
             return Err(Failure::argument("database is NULL"));
         }
-        // SAFETY: the caller hands over `size` bytes.
+        // SAFETY: the caller passes `size` bytes.
         let bytes = unsafe { slice::from_raw_parts(database, size) };
         let database = Database::read(bytes)?;
         if let Some(clip) = database.clips().iter().find(|clip| !clip.is_packed() && !clip.mirrored) {
@@ -71,12 +71,12 @@ pub unsafe extern "C" fn mocap_controller_new(
     mirror: bool,
 ) -> *mut Controller {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let character = unsafe { opened(character) }?;
         if motions.is_null() {
             return Err(Failure::argument("motions is NULL"));
         }
-        // SAFETY: the caller hands over `count` pointers.
+        // SAFETY: the caller passes `count` pointers.
         let motions = unsafe { slice::from_raw_parts(motions, count) };
         // SAFETY: each of them is an open scene.
         let motions = motions.iter().map(|motion| Ok(unsafe { opened(*motion) }?.scene()));
@@ -142,7 +142,7 @@ pub unsafe extern "C" fn mocap_controller_steer(
     look_z: f32,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a figure that it alone uses.
+        // SAFETY: the caller passes NULL or a figure that it alone uses.
         let controller = unsafe { alone(controller) }?;
         let (velocity, look) = (Vec2::new(velocity_x, velocity_z), Vec2::new(look_x, look_z));
         controller.figure.steer(velocity, look);
@@ -158,12 +158,12 @@ pub unsafe extern "C" fn mocap_controller_steer(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_controller_follow(controller: *mut Controller, trajectory: *const f32) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a figure that it alone uses.
+        // SAFETY: the caller passes NULL or a figure that it alone uses.
         let controller = unsafe { alone(controller) }?;
         if trajectory.is_null() {
             return Err(Failure::argument("trajectory is NULL"));
         }
-        // SAFETY: the caller hands over 12 floats.
+        // SAFETY: the caller passes 12 floats.
         let numbers = unsafe { slice::from_raw_parts(trajectory, TRAJECTORY) };
         if numbers.iter().any(|number| !number.is_finite()) {
             return Err(Failure::argument("a number of trajectory is not finite"));
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn mocap_controller_pose(
     root: *mut f32,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a valid figure.
+        // SAFETY: the caller passes NULL or a valid figure.
         let controller = unsafe { controller.as_ref() }.ok_or_else(|| Failure::argument("the controller is NULL"))?;
         let nodes = controller.nodes;
         if count < nodes && !(local.is_null() && world.is_null()) {
@@ -222,6 +222,6 @@ pub unsafe extern "C" fn mocap_controller_pose(
 /// # Safety
 /// `controller` is NULL or a figure that no other thread uses.
 unsafe fn alone<'a>(controller: *mut Controller) -> Result<&'a mut Controller, Failure> {
-    // SAFETY: the caller hands over NULL or a figure that it alone uses.
+    // SAFETY: the caller passes NULL or a figure that it alone uses.
     unsafe { controller.as_mut() }.ok_or_else(|| Failure::argument("the controller is NULL"))
 }

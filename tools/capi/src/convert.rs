@@ -71,9 +71,9 @@ impl Conversion {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_convert(scene: *const Scene, conversion: *const Conversion) -> *mut Scene {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?;
-        // SAFETY: the caller hands over NULL or a conversion, all of whose bits make numbers.
+        // SAFETY: the caller passes NULL or a conversion, all of whose bits make numbers.
         let conversion = match unsafe { conversion.as_ref() } {
             Some(conversion) => conversion.to_mocap()?,
             None => mocap::Conversion::new(),
@@ -88,7 +88,7 @@ pub unsafe extern "C" fn mocap_convert(scene: *const Scene, conversion: *const C
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_assumption_count(scene: *const Scene) -> usize {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     guard(0, || Ok(unsafe { opened(scene) }?.assumptions.len()))
 }
 
@@ -100,7 +100,7 @@ pub unsafe extern "C" fn mocap_assumption_count(scene: *const Scene) -> usize {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_assumption_text(scene: *const Scene, assumption: usize) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let assumptions = &unsafe { opened(scene) }?.assumptions;
         let text = assumptions.get(assumption);
         let text = text.ok_or_else(|| Failure::absent("assumption", assumption as u64, assumptions.len() as u64))?;

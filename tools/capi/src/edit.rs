@@ -11,8 +11,8 @@ use crate::border::{Failure, guard};
 use crate::handle::Scene;
 use crate::{opened, text};
 
-/// Returns a copy of a scene after steps in order, as `mocap edit` does. `steps` is a JSON list. Each step is a text in
-/// the form of `mocap edit --step`, or an object with the step's name and options.
+/// Returns a copy of a scene after steps in order, as `mocap edit` does. `steps` is a JSON list. Each step is a string
+/// in the form of `mocap edit --step`, or an object with the step's name and options.
 ///
 ///     mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 ///
@@ -23,7 +23,7 @@ use crate::{opened, text};
 /// Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 ///
 /// # Safety
-/// `scene` is an open scene, `steps` is a text that ends with a zero byte, and `others` points to `other_count` open
+/// `scene` is an open scene, `steps` is a string that ends with a zero byte, and `others` points to `other_count` open
 /// scenes, or is NULL where `other_count` is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_edit(
@@ -33,14 +33,14 @@ pub unsafe extern "C" fn mocap_edit(
     other_count: usize,
 ) -> *mut Scene {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?;
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let steps = read_steps(unsafe { text(steps, "steps") }?)?;
         let others = match other_count {
             0 => &[][..],
             _ if others.is_null() => return Err(Failure::argument("others is NULL")),
-            // SAFETY: the caller hands over as many pointers.
+            // SAFETY: the caller passes as many pointers.
             count => unsafe { slice::from_raw_parts(others, count) },
         };
         // SAFETY: each of them is an open scene.
@@ -63,7 +63,7 @@ fn read_steps(text: &CStr) -> Result<Vec<EditStep>, Failure> {
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_edit_report_count(scene: *const Scene) -> usize {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     guard(0, || Ok(unsafe { opened(scene) }?.edit_reports.len()))
 }
 
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn mocap_edit_report_count(scene: *const Scene) -> usize {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_edit_report_text(scene: *const Scene, report: usize) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let reports = &unsafe { opened(scene) }?.edit_reports;
         let text = reports.get(report);
         let text = text.ok_or_else(|| Failure::absent("report", report as u64, reports.len() as u64))?;

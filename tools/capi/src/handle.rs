@@ -1,4 +1,4 @@
-//! The scene behind a handle, with all texts for C prepared.
+//! The scene behind a handle, with all strings for C prepared.
 
 use std::ffi::{CStr, CString};
 

@@ -115,7 +115,7 @@ pub unsafe extern "C" fn mocap_close(scene: *mut Scene) {
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_warning_count(scene: *const Scene) -> usize {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     guard(0, || Ok(unsafe { opened(scene) }?.warnings.len()))
 }
 
@@ -127,7 +127,7 @@ pub unsafe extern "C" fn mocap_warning_count(scene: *const Scene) -> usize {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_warning_text(scene: *const Scene, warning: usize) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?;
         let text = scene.warnings.get(warning);
         let text = text.ok_or_else(|| Failure::absent("warning", warning as u64, scene.warnings.len() as u64))?;
@@ -142,7 +142,7 @@ pub unsafe extern "C" fn mocap_warning_text(scene: *const Scene, warning: usize)
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_node_count(scene: *const Scene) -> u32 {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     guard(0, || Ok(unsafe { opened(scene) }?.node_count()))
 }
 
@@ -153,7 +153,7 @@ pub unsafe extern "C" fn mocap_node_count(scene: *const Scene) -> u32 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_node_name(scene: *const Scene, node: u32) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         Ok(unsafe { opened(scene) }?.node_name(node)?.as_ptr())
     })
 }
@@ -165,7 +165,7 @@ pub unsafe extern "C" fn mocap_node_name(scene: *const Scene, node: u32) -> *con
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_node_parent(scene: *const Scene, node: u32) -> u32 {
     guard(MOCAP_NO_NODE, || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let parent = unsafe { opened(scene) }?.node(node)?.parent;
         Ok(parent.map_or(MOCAP_NO_NODE, |parent| parent.0))
     })
@@ -174,13 +174,13 @@ pub unsafe extern "C" fn mocap_node_parent(scene: *const Scene, node: u32) -> u3
 /// The first node with this name, depth-first. MOCAP_NO_NODE if there is none; `mocap_error_text` then names the node.
 ///
 /// # Safety
-/// `scene` is an open scene, and `name` is a text that ends with a zero byte.
+/// `scene` is an open scene, and `name` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_find_node(scene: *const Scene, name: *const c_char) -> u32 {
     guard(MOCAP_NO_NODE, || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?;
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let name = unsafe { text(name, "name") }?;
         scene.find_node(name)
     })
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn mocap_find_node(scene: *const Scene, name: *const c_cha
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_animation_count(scene: *const Scene) -> u32 {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     guard(0, || Ok(unsafe { opened(scene) }?.animation_count()))
 }
 
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn mocap_animation_count(scene: *const Scene) -> u32 {
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_channel_count(scene: *const Scene, animation: u32) -> usize {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     unsafe { ask(scene, animation, 0, |animation| Ok(animation.data.channels.len())) }
 }
 
@@ -213,7 +213,7 @@ pub unsafe extern "C" fn mocap_channel_count(scene: *const Scene, animation: u32
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_channel_node(scene: *const Scene, animation: u32, channel: usize) -> u32 {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     unsafe {
         ask(scene, animation, MOCAP_NO_NODE, |animation| {
             animation.channel_node(channel)
@@ -228,7 +228,7 @@ pub unsafe extern "C" fn mocap_channel_node(scene: *const Scene, animation: u32,
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_duration(scene: *const Scene, animation: u32) -> f64 {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     unsafe { ask(scene, animation, 0.0, |animation| Ok(animation.data.duration)) }
 }
 
@@ -238,7 +238,7 @@ pub unsafe extern "C" fn mocap_duration(scene: *const Scene, animation: u32) -> 
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_ticks_per_second(scene: *const Scene, animation: u32) -> f64 {
-    // SAFETY: the caller hands over an open scene.
+    // SAFETY: the caller passes an open scene.
     unsafe { ask(scene, animation, 0.0, |animation| Ok(animation.data.ticks_per_second)) }
 }
 
@@ -261,7 +261,7 @@ pub unsafe extern "C" fn mocap_local_matrices(
     matrices: *mut f32,
     count: usize,
 ) -> Status {
-    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    // SAFETY: the caller passes an open scene and room for `count` matrices.
     unsafe {
         fill(scene, matrices, count, |scene, matrices| {
             scene.animation(animation)?.local_matrices(scene, tick, matrices);
@@ -283,7 +283,7 @@ pub unsafe extern "C" fn mocap_world_matrices(
     matrices: *mut f32,
     count: usize,
 ) -> Status {
-    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    // SAFETY: the caller passes an open scene and room for `count` matrices.
     unsafe {
         fill(scene, matrices, count, |scene, matrices| {
             scene.animation(animation)?.local_matrices(scene, tick, matrices);
@@ -299,7 +299,7 @@ pub unsafe extern "C" fn mocap_world_matrices(
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_rest_local_matrices(scene: *const Scene, matrices: *mut f32, count: usize) -> Status {
-    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    // SAFETY: the caller passes an open scene and room for `count` matrices.
     unsafe {
         fill(scene, matrices, count, |scene, matrices| {
             scene.rest(matrices);
@@ -314,7 +314,7 @@ pub unsafe extern "C" fn mocap_rest_local_matrices(scene: *const Scene, matrices
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_rest_world_matrices(scene: *const Scene, matrices: *mut f32, count: usize) -> Status {
-    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    // SAFETY: the caller passes an open scene and room for `count` matrices.
     unsafe {
         fill(scene, matrices, count, |scene, matrices| {
             scene.rest(matrices);
@@ -332,7 +332,7 @@ type Matrix = [f32; 16];
 /// # Safety
 /// `scene` is NULL or an open scene.
 unsafe fn opened<'a>(scene: *const Scene) -> Result<&'a Scene, Failure> {
-    // SAFETY: the caller hands over NULL or an open scene.
+    // SAFETY: the caller passes NULL or an open scene.
     unsafe { scene.as_ref() }.ok_or_else(|| Failure::argument("the scene is NULL"))
 }
 
@@ -374,7 +374,7 @@ unsafe fn ask<T>(
     question: impl FnOnce(&Animation) -> Result<T, Failure>,
 ) -> T {
     guard(otherwise, || {
-        // SAFETY: the caller hands over NULL or an open scene.
+        // SAFETY: the caller passes NULL or an open scene.
         let scene = unsafe { opened(scene) }?;
         question(&scene.animation(animation)?)
     })
@@ -391,7 +391,7 @@ unsafe fn fill(
     write: impl FnOnce(&Scene, &mut [Matrix]) -> Result<(), Failure>,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or an open scene.
+        // SAFETY: the caller passes NULL or an open scene.
         let scene = unsafe { opened(scene) }?;
         let needed = scene.nodes().len();
         if matrices.is_null() {

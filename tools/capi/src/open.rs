@@ -38,11 +38,11 @@ use crate::{path_from, text};
 /// A scene never changes, so any number of threads may use it at the same time. Free it with `mocap_close`.
 ///
 /// # Safety
-/// `path` is a text that ends with a zero byte.
+/// `path` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let path = unsafe { text(path, "path") }?;
         let path = path_from(path)?;
         Ok(Scene::new(Importer::new().import(path)?).into_raw())
@@ -57,15 +57,15 @@ pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
 /// `mocap_report` returns the residuals of the solution. NULL means no options. The result is as for `mocap_open_file`.
 ///
 /// # Safety
-/// `path` is a text that ends with a zero byte, and so is `reading`, or it is NULL.
+/// `path` is a string that ends with a zero byte, and so is `reading`, or it is NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_open_file_as(path: *const c_char, reading: *const c_char) -> *mut Scene {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let path = path_from(unsafe { text(path, "path") }?)?;
         let reading = match reading.is_null() {
             true => InputOptions::default(),
-            // SAFETY: the caller hands over a text with a zero byte at its end.
+            // SAFETY: the caller passes a string with a zero byte at its end.
             false => serde_json::from_slice(unsafe { text(reading, "reading") }?.to_bytes())
                 .map_err(|error| Failure::argument(&format!("reading: {error}")))?,
         };
@@ -77,16 +77,16 @@ pub unsafe extern "C" fn mocap_open_file_as(path: *const c_char, reading: *const
 /// the file name in errors.
 ///
 /// # Safety
-/// `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
+/// `bytes` points to `size` bytes, and `name` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_open_memory(bytes: *const u8, size: usize, name: *const c_char) -> *mut Scene {
     guard(ptr::null_mut(), || {
         if bytes.is_null() {
             return Err(Failure::argument("bytes is NULL"));
         }
-        // SAFETY: the caller hands over `size` bytes at `bytes`, which is not NULL.
+        // SAFETY: the caller passes `size` bytes at `bytes`, which is not NULL.
         let bytes = unsafe { slice::from_raw_parts(bytes, size) };
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let name = unsafe { text(name, "name") }?;
         let name = path_from(name)?;
         Ok(Scene::new(Importer::new().read(bytes, name)?).into_raw())

@@ -36,7 +36,7 @@ pub unsafe extern "C" fn mocap_retargeter_new(
     scale: f64,
 ) -> *mut Retargeter {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over open scenes.
+        // SAFETY: the caller passes open scenes.
         let (source, target) = unsafe { (opened(source)?.scene(), opened(target)?.scene()) };
         let options = PoseRetargetOptions::new().scale(if scale == 0.0 {
             Scale::Auto
@@ -91,7 +91,7 @@ pub unsafe extern "C" fn mocap_retarget_pose(
     count: usize,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a retargeter that it alone uses.
+        // SAFETY: the caller passes NULL or a retargeter that it alone uses.
         let retargeter = unsafe { retargeter.as_mut() };
         let retargeter = retargeter.ok_or_else(|| Failure::argument("the retargeter is NULL"))?;
         let to = retargeter.target.node_to_parent.len();
@@ -99,7 +99,7 @@ pub unsafe extern "C" fn mocap_retarget_pose(
             let message = format!("there is room for {count} matrices, and the target has {to} nodes");
             return Err(Failure::argument(&message));
         }
-        // SAFETY: the caller hands over `source_count` matrices.
+        // SAFETY: the caller passes `source_count` matrices.
         unsafe { take(&mut retargeter.source, source, source_count) }?;
         retargeter.retargeter.pose(&retargeter.source, &mut retargeter.target);
         let pose = &retargeter.target;
@@ -109,7 +109,7 @@ pub unsafe extern "C" fn mocap_retarget_pose(
         ] {
             if !place.is_null() {
                 // SAFETY: there is room for `count` matrices, which is no less than there are, and the caller's memory
-                // does not overlap with that of the retargeter.
+                // does not overlap with the memory of the retargeter.
                 unsafe { ptr::copy_nonoverlapping(matrices.as_ptr(), place.cast::<Matrix>(), to) };
             }
         }
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn mocap_retarget_pose(
 /// `retargeter` is a retargeter.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_unmapped_count(retargeter: *const Retargeter) -> usize {
-    // SAFETY: the caller hands over NULL or a retargeter.
+    // SAFETY: the caller passes NULL or a retargeter.
     guard(0, || Ok(unsafe { known(retargeter) }?.unmapped.len()))
 }
 
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn mocap_unmapped_count(retargeter: *const Retargeter) -> 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_unmapped_text(retargeter: *const Retargeter, bone: usize) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a retargeter.
+        // SAFETY: the caller passes NULL or a retargeter.
         let unmapped = &unsafe { known(retargeter) }?.unmapped;
         let text = unmapped.get(bone);
         let text = text.ok_or_else(|| Failure::absent("unmapped bone", bone as u64, unmapped.len() as u64))?;
@@ -156,7 +156,7 @@ pub(crate) unsafe fn take(pose: &mut Pose, source: *const f32, count: usize) -> 
         let message = format!("source has {count} matrices, and its scene has {nodes} nodes");
         return Err(Failure::argument(&message));
     }
-    // SAFETY: the caller hands over `count` matrices, and a float array has the alignment of a float.
+    // SAFETY: the caller passes `count` matrices, and a float array has the alignment of a float.
     let matrices = unsafe { slice::from_raw_parts(source.cast::<Matrix>(), nodes) };
     if matrices.iter().flatten().any(|number| !number.is_finite()) {
         return Err(Failure::argument("a number of source is not finite"));
@@ -171,6 +171,6 @@ pub(crate) unsafe fn take(pose: &mut Pose, source: *const f32, count: usize) -> 
 /// # Safety
 /// `retargeter` is NULL or a retargeter.
 unsafe fn known<'a>(retargeter: *const Retargeter) -> Result<&'a Retargeter, Failure> {
-    // SAFETY: the caller hands over NULL or a retargeter that lives.
+    // SAFETY: the caller passes NULL or a retargeter that lives.
     unsafe { retargeter.as_ref() }.ok_or_else(|| Failure::argument("the retargeter is NULL"))
 }

@@ -33,7 +33,7 @@ pub struct RobotStream {
 /// the reason. You may close the scene after this call. Free the stream with `mocap_robot_stream_free`.
 ///
 /// # Safety
-/// `source` is an open scene, and `robot` is a text that ends with a zero byte.
+/// `source` is an open scene, and `robot` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_new(
     source: *const Scene,
@@ -42,9 +42,9 @@ pub unsafe extern "C" fn mocap_robot_stream_new(
     passes: u8,
 ) -> *mut RobotStream {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let source = unsafe { opened(source) }?.scene();
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let robot = path_from(unsafe { text(robot, "robot") }?)?;
         if !matches!(passes, 1 | 2) {
             return Err(Failure::argument(&format!("passes must be 1 or 2, got {passes}")));
@@ -82,7 +82,7 @@ pub unsafe extern "C" fn mocap_robot_stream_free(stream: *mut RobotStream) {
 /// `stream` is NULL or an open stream.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_delay(stream: *const RobotStream) -> f64 {
-    // SAFETY: the caller hands over NULL or an open stream.
+    // SAFETY: the caller passes NULL or an open stream.
     guard(0.0, || Ok(unsafe { living(stream) }?.stream.delay()))
 }
 
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn mocap_robot_stream_delay(stream: *const RobotStream) ->
 /// `stream` is NULL or an open stream.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_joint_count(stream: *const RobotStream) -> usize {
-    // SAFETY: the caller hands over NULL or an open stream.
+    // SAFETY: the caller passes NULL or an open stream.
     guard(0, || Ok(unsafe { living(stream) }?.joints.len()))
 }
 
@@ -103,7 +103,7 @@ pub unsafe extern "C" fn mocap_robot_stream_joint_count(stream: *const RobotStre
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_joint_name(stream: *const RobotStream, joint: usize) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or an open stream.
+        // SAFETY: the caller passes NULL or an open stream.
         let joints = &unsafe { living(stream) }?.joints;
         let name = joints.get(joint);
         let name = name.ok_or_else(|| Failure::absent("joint", joint as u64, joints.len() as u64))?;
@@ -131,12 +131,12 @@ pub unsafe extern "C" fn mocap_robot_stream_push(
     given: *mut bool,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a stream that it alone uses.
+        // SAFETY: the caller passes NULL or a stream that it alone uses.
         let stream = unsafe { with_room(stream, frame, count, given) }?;
         if stream.left.is_some() {
             return Err(Failure::argument("the stream has ended with mocap_robot_stream_pull"));
         }
-        // SAFETY: the caller hands over `source_count` matrices.
+        // SAFETY: the caller passes `source_count` matrices.
         unsafe { take(&mut stream.pose, source, source_count) }?;
         let found = stream.stream.push(&stream.pose).map(|motion| motion.qpos());
         // SAFETY: there is room for a frame, and for whether there is one.
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn mocap_robot_stream_pull(
     given: *mut bool,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a stream that it alone uses.
+        // SAFETY: the caller passes NULL or a stream that it alone uses.
         let stream = unsafe { with_room(stream, frame, count, given) }?;
         let size = stream.size();
         let RobotStream { stream, left, .. } = stream;
@@ -177,7 +177,7 @@ pub unsafe extern "C" fn mocap_robot_stream_pull(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_report(stream: *const RobotStream) -> *mut c_char {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over NULL or an open stream.
+        // SAFETY: the caller passes NULL or an open stream.
         let report = unsafe { living(stream) }?.stream.report();
         let report = serde_json::to_string(&report).unwrap_or_default();
         Ok(CString::new(report).unwrap_or_default().into_raw())
@@ -198,7 +198,7 @@ fn frames(motion: &RobotMotion, size: usize) -> VecDeque<Vec<f64>> {
 /// # Safety
 /// `frame` points to room for the numbers, and `given` to a bool.
 unsafe fn put(found: Option<&[f64]>, frame: *mut f64, given: *mut bool) {
-    // SAFETY: the caller says that there is room, and its memory is not that of the stream.
+    // SAFETY: the caller says that there is room, and its memory is not the memory of the stream.
     unsafe {
         if let Some(numbers) = found {
             ptr::copy_nonoverlapping(numbers.as_ptr(), frame, numbers.len());
@@ -210,7 +210,7 @@ unsafe fn put(found: Option<&[f64]>, frame: *mut f64, given: *mut bool) {
 /// # Safety
 /// `stream` is NULL or an open stream.
 unsafe fn living<'a>(stream: *const RobotStream) -> Result<&'a RobotStream, Failure> {
-    // SAFETY: the caller hands over NULL or an open stream.
+    // SAFETY: the caller passes NULL or an open stream.
     unsafe { stream.as_ref() }.ok_or_else(|| Failure::argument("the stream is NULL"))
 }
 
@@ -224,7 +224,7 @@ unsafe fn with_room<'a>(
     count: usize,
     given: *mut bool,
 ) -> Result<&'a mut RobotStream, Failure> {
-    // SAFETY: the caller hands over NULL or a stream that it alone uses.
+    // SAFETY: the caller passes NULL or a stream that it alone uses.
     let stream = unsafe { stream.as_mut() }.ok_or_else(|| Failure::argument("the stream is NULL"))?;
     if frame.is_null() || given.is_null() {
         return Err(Failure::argument("frame or given is NULL"));

@@ -22,11 +22,11 @@ use crate::{path_from, text};
 /// `problem`. Free the text with `mocap_text_free`. NULL if the job fails; no file is then written.
 ///
 /// # Safety
-/// `job` is a text that ends with a zero byte.
+/// `job` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_run(job: *const c_char) -> *mut c_char {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let job = unsafe { text(job, "job") }?;
         let job = job.to_str().map_err(|_| Failure::argument("job is not UTF-8"))?;
         let job = Job::from_json(job).map_err(|error| Failure::argument(&error.to_string()))?;
@@ -42,11 +42,11 @@ pub unsafe extern "C" fn mocap_run(job: *const c_char) -> *mut c_char {
 /// NULL if the files cannot be compared.
 ///
 /// # Safety
-/// `source` and `output` are texts that end with a zero byte.
+/// `source` and `output` are strings that end with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_verify(source: *const c_char, output: *const c_char) -> *mut c_char {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over texts with a zero byte at their end.
+        // SAFETY: the caller passes strings with a zero byte at their end.
         let (source, output) = unsafe { (text(source, "source")?, text(output, "output")?) };
         let found = Verifier::new().files(path_from(source)?, path_from(output)?)?;
         let report = serde_json::to_string(&found).unwrap_or_default();
@@ -54,7 +54,7 @@ pub unsafe extern "C" fn mocap_verify(source: *const c_char, output: *const c_ch
     })
 }
 
-/// Frees a text that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
+/// Frees a string that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
 /// allowed.
 ///
 /// # Safety

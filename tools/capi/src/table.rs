@@ -30,13 +30,13 @@ pub struct Table {
 /// You may close the scene after this call.
 ///
 /// # Safety
-/// `scene` is an open scene, and `what` is a text that ends with a zero byte.
+/// `scene` is an open scene, and `what` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_new(scene: *const Scene, what: *const c_char) -> *mut Table {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?.scene();
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let what = unsafe { text(what, "what") }?;
         let series = match what.to_bytes() {
             b"angles" => JointAngles::of(scene)?.into(),
@@ -53,7 +53,7 @@ pub unsafe extern "C" fn mocap_table_new(scene: *const Scene, what: *const c_cha
     })
 }
 
-/// Frees a table, its texts and its values. NULL is allowed.
+/// Frees a table, its strings and its values. NULL is allowed.
 ///
 /// # Safety
 /// `table` comes from `mocap_table_new`, was not freed before, and is used by no other thread.
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn mocap_table_free(table: *mut Table) {
 /// `table` is NULL or comes from `mocap_table_new`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_column_count(table: *const Table) -> usize {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     guard(0, || Ok(unsafe { made(table) }?.names.len()))
 }
 
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn mocap_table_column_count(table: *const Table) -> usize 
 /// `table` is NULL or comes from `mocap_table_new`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_row_count(table: *const Table) -> usize {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     guard(0, || Ok(unsafe { made(table) }?.series.frames()))
 }
 
@@ -95,7 +95,7 @@ pub unsafe extern "C" fn mocap_table_row_count(table: *const Table) -> usize {
 /// `table` is NULL or comes from `mocap_table_new`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_rate(table: *const Table) -> f64 {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     guard(0.0, || Ok(unsafe { made(table) }?.series.frame_rate))
 }
 
@@ -106,7 +106,7 @@ pub unsafe extern "C" fn mocap_table_rate(table: *const Table) -> f64 {
 /// `table` is NULL or comes from `mocap_table_new`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_name(table: *const Table, column: usize) -> *const c_char {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     guard(ptr::null(), || at(&unsafe { made(table) }?.names, column))
 }
 
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn mocap_table_name(table: *const Table, column: usize) ->
 /// `table` is NULL or comes from `mocap_table_new`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_unit(table: *const Table, column: usize) -> *const c_char {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     guard(ptr::null(), || at(&unsafe { made(table) }?.units, column))
 }
 
@@ -127,7 +127,7 @@ pub unsafe extern "C" fn mocap_table_unit(table: *const Table, column: usize) ->
 /// `table` is NULL or comes from `mocap_table_new`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_table_values(table: *const Table) -> *const f64 {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     guard(ptr::null(), || Ok(unsafe { made(table) }?.series.values.as_ptr()))
 }
 
@@ -143,13 +143,13 @@ pub unsafe extern "C" fn mocap_table_values(table: *const Table) -> *const f64 {
 /// `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
 ///
 /// # Safety
-/// `scene` is an open scene, and `what` is a text that ends with a zero byte.
+/// `scene` is an open scene, and `what` is a string that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_report(scene: *const Scene, what: *const c_char) -> *mut c_char {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over an open scene.
+        // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?.scene();
-        // SAFETY: the caller hands over a text with a zero byte at its end.
+        // SAFETY: the caller passes a string with a zero byte at its end.
         let what = unsafe { text(what, "what") }?;
         let report = match what.to_bytes() {
             b"solved" => serde_json::to_string(&scene.metadata.solved.as_deref()),
@@ -179,6 +179,6 @@ fn at(texts: &[CString], column: usize) -> Result<*const c_char, Failure> {
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.
 unsafe fn made<'a>(table: *const Table) -> Result<&'a Table, Failure> {
-    // SAFETY: the caller hands over NULL or a table that lives.
+    // SAFETY: the caller passes NULL or a table that lives.
     unsafe { table.as_ref() }.ok_or_else(|| Failure::argument("the table is NULL"))
 }

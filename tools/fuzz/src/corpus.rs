@@ -68,7 +68,7 @@ pub(crate) fn minimize(input: &Input, try_input: impl Fn(&[u8]) -> Result<(), St
         }
     }
     let folder = folder("corpus", input);
-    // Those with a name of their own were findings, and stay.
+    // Those with a name of their own were findings, and are kept.
     for path in paths(&folder) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if fs::read(&path).is_ok_and(|bytes| name_of(&bytes) == name) {

@@ -59,7 +59,7 @@ const EDGES: &[&[u8]] = &[
     b"\xff\xff\xff\xff\xff\xff\xff\xff",
 ];
 
-/// Counts and times beyond every motion, as a text states them.
+/// Counts and times beyond every motion, as a string states them.
 const EXTREMES: &[&str] = &[
     "1e20",
     "1e9",

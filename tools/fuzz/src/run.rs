@@ -145,8 +145,8 @@ pub(crate) fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(
     Ok(())
 }
 
-/// Tries what is kept of a format, and its seeds, once, and so many changes of each. Those of one depend on its bytes
-/// alone: no commit that leaves them and what is tried as they are can change what is found.
+/// Tries what is kept of a format, and its seeds, once, and so many changes of each. The changes of a file depend on
+/// its bytes alone: no commit that leaves them and what is tried as they are can change what is found.
 pub(crate) fn whole_corpus(input: &'static Input, changes: usize) -> Result<(), String> {
     let mut all = seeds(input);
     all.extend(kept(input));

@@ -135,7 +135,7 @@ fn check_counts(scene: &Scene, again: &Scene, format: Format) {
 const FARTHEST: f64 = 1e-3;
 /// See [`FARTHEST`].
 const FARTHEST_OF_SIZE: f64 = 1e-5;
-/// Scenes of which `verify` is asked, in metres: the precision of larger and of smaller ones is not that of motions.
+/// Scenes of which `verify` is asked, in metres: larger and smaller scenes have a different precision than motions.
 const SIZES: std::ops::RangeInclusive<f64> = 0.01..=1e4;
 
 /// The largest error of packed clips, in metres: a motion that is smaller is no motion in them.
@@ -186,7 +186,7 @@ fn size(scene: &Scene) -> f64 {
 /// A glTF file that another reader takes, with the nodes of the scene.
 fn check_gltf(scene: &Scene, glb: &[u8]) {
     let file = match ::gltf::Gltf::from_slice(glb) {
-        // What is invalid in an input with meshes stays as it is.
+        // Invalid data in an input with meshes does not change.
         Err(_) if scene.original.is_some() => return,
         file => file.expect("what was exported is valid glTF"),
     };

@@ -8,11 +8,11 @@ import { bonesOf, compare, sample as sampleFile } from "../feet.js";
 import { mocap, outputName, subfolder } from "../mocap.js";
 
 const FIXTURES = fileURLToPath(new URL("../../../fixtures/", import.meta.url));
-/** The most that feet in contact may be faster than those of the source, in metres a second. */
+/** The largest speed of feet in contact above the speed of the source's feet, in metres a second. */
 const MORE_SKATE = 0.005;
 /** The most frames that may be below the floor, as a share. */
 const MOST_BELOW = 0.01;
-/** The most that limbs may be off in the mean, in degrees. */
+/** The largest mean error of limbs, in degrees. */
 const MOST_DEGREES = 3;
 const TRUTH = JSON.parse(readFileSync(join(FIXTURES, "skeletons/truth.json"))).files;
 

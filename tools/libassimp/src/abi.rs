@@ -37,7 +37,7 @@ macro_rules! structs {
 }
 
 structs! {
-    /// A text of at most 1023 bytes, with a zero byte at its end.
+    /// A string of at most 1023 bytes, with a zero byte at its end.
     aiString {
         length: u32,
         data: [u8; MAXLEN],
@@ -363,7 +363,7 @@ pub(crate) const SCENE_INCOMPLETE: u32 = 1;
 pub(crate) const SCENE_NON_VERBOSE: u32 = 8;
 
 impl aiString {
-    /// A text, cut where Assimp cuts it.
+    /// A string, cut where Assimp cuts it.
     pub(crate) fn new(text: &str) -> Self {
         Self::from_bytes(text.as_bytes())
     }

@@ -1,4 +1,5 @@
-//! `Assimp::Intern::AllocateFromAssimpHeap`: the `new` and `delete` of Assimp's classes, which are those of C++.
+//! `Assimp::Intern::AllocateFromAssimpHeap`: the `new` and `delete` of Assimp's classes, which call the operators of
+//! C++.
 
 use std::ffi::c_void;
 

@@ -1,4 +1,4 @@
-//! The wall between Rust and C: failures become a text, and no panic passes.
+//! The wall between Rust and C: failures become a string, and no panic passes.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -20,7 +20,7 @@ pub(crate) fn guard<T>(otherwise: T, call: impl FnOnce() -> Result<T, String>) -
     })
 }
 
-/// Runs `call`; where it fails or panics, says why in a text for C.
+/// Runs `call`; where it fails or panics, says why in a string for C.
 pub(crate) fn caught<T>(call: impl FnOnce() -> Result<T, String>) -> Result<T, CString> {
     // Nothing outlives a failed call but the memory of the caller, which is written last.
     let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(describe(&*panic)));
@@ -68,7 +68,7 @@ pub(crate) unsafe fn bytes<'a>(first: *const u8, size: usize) -> &'a [u8] {
 
 /// The text of the last failure of the system's Assimp; empty if there was none.
 pub(crate) fn error_text_of_system() -> String {
-    // SAFETY: the function gives a text, which is copied before anything else is called.
+    // SAFETY: the function gives a string, which is copied before anything else is called.
     unsafe {
         let text = calls::error_text().map_or(std::ptr::null(), |get| get());
         text_or_empty(text)
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn a_panic_becomes_a_text() {
         assert_eq!(guard(5, || panic!("gone")), 5);
-        // SAFETY: the pointer is that of a `CString`, and no call comes in between.
+        // SAFETY: the pointer comes from a `CString`, and no call comes in between.
         let text = unsafe { CStr::from_ptr(aiGetErrorString()) };
         assert_eq!(text.to_str(), Ok("a defect of the library: gone"));
     }

@@ -46,13 +46,13 @@ pub(crate) unsafe extern "C" fn aiImportFileExWithProperties(
     properties: *const Properties,
 ) -> *const aiScene {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a text.
+        // SAFETY: the caller passes NULL or a string.
         let path = unsafe { text(path, "the path") }?;
         let input = match files.is_null() {
             true => Input::File(path),
             false => Input::FileOf(files, path),
         };
-        // SAFETY: the caller hands over NULL or a store.
+        // SAFETY: the caller passes NULL or a store.
         unsafe { import_for_c(input, flags, properties.as_ref()) }
     })
 }
@@ -85,7 +85,7 @@ pub(crate) unsafe extern "C" fn aiImportFileFromMemoryWithProperties(
     properties: *const Properties,
 ) -> *const aiScene {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a store, `size` bytes, and NULL or a text.
+        // SAFETY: the caller passes NULL or a store, `size` bytes, and NULL or a string.
         unsafe {
             let hint = text(hint, "the hint").unwrap_or_default();
             import_for_c(
@@ -179,7 +179,7 @@ pub(crate) unsafe extern "C" fn aiFreeScene(scene: *const aiScene) {
 /// `scene` is NULL or comes from an import.
 unsafe fn apply(scene: *const aiScene, steps: Option<Steps>) -> *const aiScene {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a scene of an import.
+        // SAFETY: the caller passes NULL or a scene of an import.
         unsafe {
             let private = scene.as_ref().and_then(|it| it.mPrivate.as_ref());
             let importer = private.map_or(ptr::null_mut(), |private| private.importer);

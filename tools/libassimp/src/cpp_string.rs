@@ -5,7 +5,7 @@ use std::ptr;
 
 use crate::heap;
 
-/// A string. Texts of up to 15 bytes stand in the string itself, so it must not be moved once it is made.
+/// A string. Strings of up to 15 bytes stand in the string itself, so it must not be moved once it is made.
 #[repr(C)]
 pub(crate) struct StdString {
     first: *mut u8,
@@ -52,7 +52,7 @@ impl StdString {
     /// # Safety
     /// `place` has room for a string.
     pub(crate) unsafe fn construct(place: *mut Self, text: &[u8]) {
-        // SAFETY: the caller hands over room for a string; the text goes into the string or into a block of its own.
+        // SAFETY: the caller passes room for a string; the text goes into the string or into a block of its own.
         unsafe {
             let local = (&raw mut (*place).local).cast::<u8>();
             let first = if text.len() < LOCAL {

@@ -21,10 +21,10 @@ enum Format {
     Binary,
 }
 
-/// A table that programs read through a pointer; its texts are never freed.
+/// A table that programs read through a pointer; its strings are never freed.
 struct Table([aiExportFormatDesc; 2]);
 
-// SAFETY: the table holds pointers to constant texts, and nothing writes it.
+// SAFETY: the table holds pointers to constant strings, and nothing writes it.
 unsafe impl Sync for Table {}
 
 static FORMATS: Table = Table([
@@ -40,7 +40,7 @@ static FORMATS: Table = Table([
     },
 ]);
 
-/// How many formats are written, here and by the system's Assimp, which has those of this library too.
+/// How many formats are written, here and by the system's Assimp, which includes the formats of this library.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
     match calls::export_format_count() {
@@ -106,7 +106,7 @@ pub(crate) unsafe extern "C" fn aiExportSceneEx(
     flags: u32,
 ) -> aiReturn {
     guard(AI_FAILURE, || {
-        // SAFETY: the caller hands over NULL or texts, and NULL or a scene.
+        // SAFETY: the caller passes NULL or strings, and NULL or a scene.
         let (format, path, own) = unsafe { (text(format, "the format")?, text(path, "the path")?, own(scene, format)) };
         match own {
             Ok((document, kind)) if files.is_null() && flags == 0 => {
@@ -115,7 +115,7 @@ pub(crate) unsafe extern "C" fn aiExportSceneEx(
             }
             own => {
                 let export = calls::export_scene().map_err(|reason| not_written(own.err(), &reason))?;
-                // SAFETY: a scene and texts.
+                // SAFETY: a scene and strings.
                 let result = unsafe { export(scene, format.as_ptr(), path.as_ptr(), files, flags) };
                 if result != AI_SUCCESS {
                     return Err(failure_of_system(&format.to_string_lossy()));
@@ -138,7 +138,7 @@ pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
     flags: u32,
 ) -> *const aiExportDataBlob {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a text, and NULL or a scene.
+        // SAFETY: the caller passes NULL or a string, and NULL or a scene.
         let (format, own) = unsafe { (text(format, "the format")?, own(scene, format)) };
         match own {
             Ok((document, kind)) if flags == 0 => {
@@ -156,7 +156,7 @@ pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
             }
             own => {
                 let export = calls::export_scene_to_blob().map_err(|reason| not_written(own.err(), &reason))?;
-                // SAFETY: a scene and a text.
+                // SAFETY: a scene and a string.
                 let blob = unsafe { export(scene, format.as_ptr(), flags) };
                 match blob.is_null() {
                     true => Err(failure_of_system(&format.to_string_lossy())),

@@ -11,13 +11,13 @@ use crate::system::system_functions;
 system_functions! {
     /// `Exporter()`
     fn _ZN6Assimp8ExporterC1Ev(this: *mut *mut c_void) -> () | {
-        // SAFETY: the caller hands over the place of an exporter, which is one pointer.
+        // SAFETY: the caller passes a valid pointer to an exporter, which is one pointer.
         unsafe { this.write(ptr::null_mut()) }
     }
 
     /// `Exporter()`
     fn _ZN6Assimp8ExporterC2Ev(this: *mut *mut c_void) -> () | {
-        // SAFETY: the caller hands over the place of an exporter, which is one pointer.
+        // SAFETY: the caller passes a valid pointer to an exporter, which is one pointer.
         unsafe { this.write(ptr::null_mut()) }
     }
 

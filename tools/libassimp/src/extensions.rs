@@ -15,7 +15,7 @@ use crate::system::calls;
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiIsExtensionSupported(extension: *const c_char) -> i32 {
     guard(0, || {
-        // SAFETY: the caller hands over NULL or a text.
+        // SAFETY: the caller passes NULL or a string.
         let extension = unsafe { text(extension, "the extension") }?;
         let name = extension.to_string_lossy();
         let name = name.trim_start_matches(['*', '.']);
@@ -23,7 +23,7 @@ pub(crate) unsafe extern "C" fn aiIsExtensionSupported(extension: *const c_char)
             return Ok(1);
         }
         let asked = calls::is_extension_supported();
-        // SAFETY: a text.
+        // SAFETY: a string.
         Ok(asked.map_or(0, |ask| unsafe { ask(extension.as_ptr()) }))
     })
 }
@@ -54,7 +54,7 @@ pub(crate) unsafe extern "C" fn aiGetExtensionList(list: *mut aiString) {
             patterns.push(pattern);
         }
     }
-    // SAFETY: the caller hands over the place of an `aiString`.
+    // SAFETY: the caller passes a valid pointer to an `aiString`.
     unsafe { list.write(aiString::new(&patterns.join(";"))) };
 }
 

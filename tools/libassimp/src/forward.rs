@@ -2,8 +2,8 @@
 //!
 //! Each such symbol is a stub, two instructions that jump to where its entry points. At first that is a routine which
 //! opens the system's Assimp, looks the symbol up, and writes its address into the entry. Arguments of every type and
-//! number pass through untouched. A program that calls such a function without another Assimp is ended with a text, as
-//! the dynamic linker does for a missing symbol. Nothing could be returned to it.
+//! number pass through untouched. A program that calls such a function without another Assimp is ended with a string,
+//! as the dynamic linker does for a missing symbol. Nothing could be returned to it.
 
 mod functions;
 pub(crate) mod objects;

@@ -19,7 +19,7 @@ const MAX_DEPTH: usize = 4096;
 /// # Safety
 /// `scene` is NULL or a scene whose counts and pointers fit together.
 pub(crate) unsafe fn scene(scene: *const aiScene) -> Result<Scene, String> {
-    // SAFETY: the caller hands over NULL or a scene.
+    // SAFETY: the caller passes NULL or a scene.
     let from = unsafe { scene.as_ref() }.ok_or("the scene is NULL")?;
     let mut to = Scene::default();
     // SAFETY: the scene has so many animations, each whole; the same for what follows.
@@ -108,7 +108,7 @@ unsafe fn targets<'a, T>(first: *mut *mut T, count: u32, what: &str) -> Result<V
 /// # Safety
 /// `node` is NULL or a node whose counts and pointers fit together.
 unsafe fn add_node(scene: &mut Scene, node: *const aiNode, parent: Option<NodeId>, depth: usize) -> Result<(), String> {
-    // SAFETY: the caller hands over NULL or a node.
+    // SAFETY: the caller passes NULL or a node.
     let node = unsafe { node.as_ref() }.ok_or("a node is NULL")?;
     if depth == MAX_DEPTH {
         return Err(format!("the node graph is more than {MAX_DEPTH} deep"));

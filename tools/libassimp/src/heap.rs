@@ -42,7 +42,7 @@ pub(crate) fn allocate_array(size: usize) -> *mut c_void {
     checked(size, unsafe { new_array_or_null(size, &raw const NOTHROW) })
 }
 
-/// `new T[]` of things without a destructor; NULL where there are none, as Assimp has it.
+/// Allocates like `new T[]`, for types without a destructor. Returns NULL for an empty slice, like Assimp.
 pub(crate) fn new_array<T: Copy>(values: &[T]) -> *mut T {
     if values.is_empty() {
         return ptr::null_mut();

@@ -89,7 +89,7 @@ fn finish<'s>(
             }
         };
     }
-    // SAFETY: the caller of `import` hands over NULL or a handler.
+    // SAFETY: the caller of `import` passes NULL or a handler.
     unsafe { progress.file_read(1, 1) };
     let mut scene = scene.clone();
     flags::run(&mut scene, request.flags)?;

@@ -23,11 +23,11 @@ use crate::{flags, heap, memory_info};
 /// `Importer()`
 ///
 /// # Safety
-/// `importer` is the place of an importer.
+/// `importer` points to an importer.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6Assimp8ImporterC1Ev(importer: *mut Importer) {
     let state = Box::into_raw(Box::new(State::new()));
-    // SAFETY: the caller hands over the place of an importer.
+    // SAFETY: the caller passes a valid pointer to an importer.
     unsafe { importer.write(Importer { state }) };
 }
 
@@ -56,7 +56,7 @@ methods! {
 
     /// `const aiScene *ReadFile(const char *path, unsigned flags)`. The scene before is freed.
     fn _ZN6Assimp8Importer8ReadFileEPKcj(state, path: *const c_char, flags: u32) -> *const aiScene | ptr::null() => {
-        // SAFETY: the caller hands over NULL or a text, and the handlers are of their classes.
+        // SAFETY: the caller passes NULL or a string, and the handlers are of their classes.
         unsafe {
             match text(path, "the path") {
                 Ok(path) => state.read(Input::File(path), flags),
@@ -70,7 +70,7 @@ methods! {
     fn _ZN6Assimp8Importer18ReadFileFromMemoryEPKvmjPKc(
         state, first: *const c_void, size: usize, flags: u32, hint: *const c_char
     ) -> *const aiScene | ptr::null() => {
-        // SAFETY: the caller hands over `size` bytes, and NULL or a text.
+        // SAFETY: the caller passes `size` bytes, and NULL or a string.
         unsafe {
             let hint = text(hint, "the hint").unwrap_or_default();
             state.read(Input::Memory(bytes(first.cast(), size), hint), flags)
@@ -112,7 +112,7 @@ methods! {
     ) -> *const aiScene | ptr::null() => {
         match process.is_null() {
             true => state.scene,
-            // SAFETY: the caller hands over a process.
+            // SAFETY: the caller passes a process.
             false => unsafe { state.run(Steps::Process(process, validate)) },
         }
     }
@@ -124,7 +124,7 @@ methods! {
 
     /// `void GetMemoryRequirements(aiMemoryInfo &info) const`
     fn _ZNK6Assimp8Importer21GetMemoryRequirementsER12aiMemoryInfo(state, info: *mut aiMemoryInfo) -> () | () => {
-        // SAFETY: the caller hands over the place of the numbers, and the scene is NULL or whole.
+        // SAFETY: the caller passes the place of the numbers, and the scene is NULL or whole.
         unsafe { info.write(memory_info::of(state.scene)) }
     }
 }
@@ -148,7 +148,7 @@ pub(crate) unsafe fn delete(importer: *mut Importer) {
     }
 }
 
-/// Why the last import of `state` failed, as a text.
+/// Why the last import of `state` failed, as a string.
 pub(crate) fn failure(state: &State) -> &CStr {
     &state.failure
 }

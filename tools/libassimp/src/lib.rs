@@ -4,7 +4,7 @@
 //! here; what is not read, written or done here is handed to the system's own Assimp, where there is one. The exported
 //! symbols have the names and the behaviour that the headers document; what differs stands in the README.
 
-// The interface is that of Debian's library for x86-64: the stubs are in its assembler. Elsewhere there is nothing.
+// The interface matches Debian's library for x86-64: the stubs are in its assembler. Elsewhere there is nothing.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #![allow(unsafe_code, reason = "pointers of other languages go in and out")]
 // The names are Assimp's, and those that the C++ compiler makes of them.

@@ -1,4 +1,4 @@
-//! Logging: the loggers and streams are those of the system's Assimp. Where there is none, streams are taken and
+//! Logging: the loggers and streams are objects of the system's Assimp. Where there is none, streams are taken and
 //! nothing is logged, but by a logger of the program's own.
 
 use std::ffi::{CString, c_char, c_void};
@@ -27,7 +27,7 @@ pub(crate) fn warn(message: &str) {
         None => OWN.load(Ordering::Acquire),
     };
     if !logger.is_null() {
-        // SAFETY: a logger and a text.
+        // SAFETY: a logger and a string.
         unsafe { virtual_call::log(logger, 7, message.as_ptr()) };
     }
 }
@@ -145,7 +145,7 @@ null_logger! {
 /// `logger` is a `NullLogger` from `new` that is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6Assimp10NullLoggerD0Ev(logger: Logger) {
-    // SAFETY: the same promise.
+    // SAFETY: `logger` is a valid `NullLogger`, as the caller guarantees (see `# Safety`).
     unsafe { crate::heap::delete(logger) };
 }
 

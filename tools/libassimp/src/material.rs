@@ -17,7 +17,7 @@ const TEXTURE_FILE: &CStr = c"$tex.file";
 /// The property of a key, a kind of texture and the number of a texture; for the last two `0xFFFF_FFFF` is any.
 ///
 /// # Safety
-/// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` is the place of a pointer.
+/// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` points to a pointer.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiGetMaterialProperty(
     material: *const aiMaterial,
@@ -29,7 +29,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialProperty(
     // SAFETY: the same promise.
     let found = unsafe { find(material, key, semantic, index) };
     if !out.is_null() {
-        // SAFETY: the caller hands over the place of a pointer.
+        // SAFETY: the caller passes a valid pointer to a pointer.
         unsafe { out.write(found.map_or(ptr::null(), ptr::from_ref)) };
     }
     found.map_or(AI_FAILURE, |_| AI_SUCCESS)
@@ -87,16 +87,16 @@ pub(crate) unsafe extern "C" fn aiGetMaterialColor(
     let result =
         unsafe { aiGetMaterialFloatArray(material, key, semantic, index, colour.as_mut_ptr(), &raw mut count) };
     if result == AI_SUCCESS && !out.is_null() {
-        // SAFETY: the caller hands over the place of a colour.
+        // SAFETY: the caller passes a valid pointer to a colour.
         unsafe { out.write(colour) };
     }
     result
 }
 
-/// A text.
+/// A string.
 ///
 /// # Safety
-/// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` is the place of an `aiString`.
+/// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` points to an `aiString`.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiGetMaterialString(
     material: *const aiMaterial,
@@ -121,7 +121,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialString(
         let mut string = aiString::new("");
         string.length = text.len() as u32;
         string.data[..text.len()].copy_from_slice(text);
-        // SAFETY: the caller hands over the place of an `aiString`.
+        // SAFETY: the caller passes a valid pointer to an `aiString`.
         unsafe { out.write(string) };
     }
     AI_SUCCESS
@@ -139,10 +139,10 @@ pub(crate) unsafe extern "C" fn aiGetMaterialTextureCount(material: *const aiMat
     properties.filter(is_texture).count() as u32
 }
 
-/// The path of a texture. How it lies on the surface is not told: what the caller has there stays.
+/// The path of a texture. How it lies on the surface is not told: the caller's value there does not change.
 ///
 /// # Safety
-/// `material` is NULL or a material, and `path` is the place of an `aiString`.
+/// `material` is NULL or a material, and `path` points to an `aiString`.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiGetMaterialTexture(
     material: *const aiMaterial,
@@ -210,7 +210,7 @@ pub(crate) extern "C" fn aiTextureTypeToString(kind: u32) -> *const c_char {
 /// `aiMaterial()`
 ///
 /// # Safety
-/// `material` is the place of a material.
+/// `material` points to a material.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN10aiMaterialC1Ev(material: *mut aiMaterial) {
     const ROOM: [*mut aiMaterialProperty; 5] = [ptr::null_mut(); 5];
@@ -269,7 +269,7 @@ pub(crate) unsafe extern "C" fn _ZNK10aiMaterial7GetNameEv(material: *const aiMa
 /// # Safety
 /// `material` is NULL or a material.
 unsafe fn properties<'a>(material: *const aiMaterial) -> impl Iterator<Item = &'a aiMaterialProperty> {
-    // SAFETY: the caller hands over NULL or a material.
+    // SAFETY: the caller passes NULL or a material.
     let material = unsafe { material.as_ref() };
     let count = material.map_or(0, |material| material.mNumProperties as usize);
     (0..count).filter_map(move |index| {
@@ -295,7 +295,7 @@ unsafe fn find<'a>(
     }
     // SAFETY: the key is not NULL, so it ends with a zero byte.
     let key = unsafe { CStr::from_ptr(key) };
-    // SAFETY: the caller hands over NULL or a material.
+    // SAFETY: the caller passes NULL or a material.
     unsafe { properties(material) }.find(|property| {
         (semantic == u32::MAX || property.mSemantic == semantic)
             && (index == u32::MAX || property.mIndex == index)
@@ -336,7 +336,7 @@ unsafe fn numbers<T>(
         PROPERTY_DOUBLE => elements(bytes, f64::from_ne_bytes),
         _ => return AI_FAILURE,
     };
-    // SAFETY: the caller hands over NULL or the place of a count.
+    // SAFETY: the caller passes NULL or the place of a count.
     let max = unsafe { max.as_mut() };
     let count = values.len().min(max.as_ref().map_or(1, |max| **max as usize));
     for (index, &value) in values[..count].iter().enumerate() {

@@ -7,7 +7,7 @@ mod matrices;
 mod quaternions;
 mod vectors;
 
-/// What C hands over: a number, or the place of a value, which is copied before anything is written.
+/// What C passes: a number, or the place of a value, which is copied before anything is written.
 trait Argument {
     type Value;
 
@@ -51,7 +51,7 @@ macro_rules! functions {
         #[unsafe(no_mangle)]
         pub(crate) unsafe extern "C" fn $name($place: *mut $type $(, $argument: $argument_type)*) {
             let target = $place;
-            // SAFETY: the caller hands over places of values.
+            // SAFETY: the caller passes places of values.
             let ($place, $($argument,)*) = unsafe {
                 (target.read(), $($crate::math::Argument::value($argument),)*)
             };
@@ -71,7 +71,7 @@ macro_rules! functions {
         /// All pointers point to values, the first to the place of one; they may be the same.
         #[unsafe(no_mangle)]
         pub(crate) unsafe extern "C" fn $name(place: *mut $type $(, $argument: $argument_type)*) {
-            // SAFETY: the caller hands over places of values.
+            // SAFETY: the caller passes places of values.
             let ($($argument,)*) = unsafe { ($($crate::math::Argument::value($argument),)*) };
             // SAFETY: as above.
             unsafe { place.write({ $($body)* }) };
@@ -89,7 +89,7 @@ macro_rules! functions {
         /// All pointers point to values.
         #[unsafe(no_mangle)]
         pub(crate) unsafe extern "C" fn $name($($argument: $argument_type),*) -> $result {
-            // SAFETY: the caller hands over places of values.
+            // SAFETY: the caller passes places of values.
             let ($($argument,)*) = unsafe { ($($crate::math::Argument::value($argument),)*) };
             $($body)*
         }
@@ -108,7 +108,7 @@ fn dot<const N: usize>(left: [f32; N], right: [f32; N]) -> f32 {
     (1..N).fold(left[0] * right[0], |sum, axis| sum + left[axis] * right[axis])
 }
 
-/// A vector of the components that `operation` makes of those of two.
+/// A vector whose components are the results of `operation` on the components of two vectors.
 fn each<const N: usize>(left: [f32; N], right: [f32; N], operation: impl Fn(f32, f32) -> f32) -> [f32; N] {
     std::array::from_fn(|axis| operation(left[axis], right[axis]))
 }

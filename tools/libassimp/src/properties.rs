@@ -74,7 +74,7 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyFloat(store: *mut Properties,
     }
 }
 
-/// Sets a text.
+/// Sets a string.
 ///
 /// # Safety
 /// `store` is NULL or a store, `name` is NULL or ends with a zero byte, and `value` is NULL or an `aiString`.

@@ -16,7 +16,7 @@ unsafe extern "C" {
 /// `aiScene()`
 ///
 /// # Safety
-/// `scene` is the place of a scene.
+/// `scene` points to a scene.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN7aiSceneC1Ev(scene: *mut aiScene) {
     let private = ScenePrivate {
@@ -24,7 +24,7 @@ pub(crate) unsafe extern "C" fn _ZN7aiSceneC1Ev(scene: *mut aiScene) {
         steps: 0,
         is_copy: false,
     };
-    // SAFETY: the caller hands over the place of a scene.
+    // SAFETY: the caller passes a valid pointer to a scene.
     unsafe {
         scene.write(aiScene {
             mPrivate: heap::new(private),
@@ -66,10 +66,10 @@ pub(crate) unsafe extern "C" fn _ZN7aiSceneD2Ev(scene: *mut aiScene) {
 /// `aiNode()`
 ///
 /// # Safety
-/// `node` is the place of a node.
+/// `node` points to a node.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6aiNodeC1Ev(node: *mut aiNode) {
-    // SAFETY: the caller hands over the place of a node.
+    // SAFETY: the caller passes a valid pointer to a node.
     unsafe { node.write(aiNode::default()) };
 }
 
@@ -86,13 +86,13 @@ pub(crate) unsafe extern "C" fn _ZN6aiNodeC2Ev(node: *mut aiNode) {
 /// `aiNode(const std::string &name)`
 ///
 /// # Safety
-/// `node` is the place of a node, and `name` a string.
+/// `node` points to a node, and `name` a string.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6aiNodeC1ERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEE(
     node: *mut aiNode,
     name: *const StdString,
 ) {
-    // SAFETY: the caller hands over the place of a node and a string.
+    // SAFETY: the caller passes a valid pointer to a node and a string.
     unsafe {
         node.write(aiNode {
             mName: aiString::from_bytes((*name).bytes()),
@@ -148,7 +148,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNode11addChildrenEjPPS_(
     if children.is_null() || count == 0 {
         return;
     }
-    // SAFETY: the caller hands over a node, which has so many children, and `count` nodes more.
+    // SAFETY: the caller passes a node, which has so many children, and `count` nodes more.
     unsafe {
         let added = std::slice::from_raw_parts(children, count as usize);
         for child in added.iter().filter_map(|child| child.as_mut()) {
@@ -172,9 +172,9 @@ pub(crate) unsafe extern "C" fn _ZN6aiNode11addChildrenEjPPS_(
 /// `node` is NULL or a node whose children are nodes; `name` is NULL or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6aiNode8FindNodeEPKc(node: *mut aiNode, name: *const c_char) -> *mut aiNode {
-    // SAFETY: the caller hands over NULL or a text.
+    // SAFETY: the caller passes NULL or a string.
     match unsafe { name.as_ref() } {
-        // SAFETY: the caller hands over NULL or a node.
+        // SAFETY: the caller passes NULL or a node.
         Some(name) => unsafe { find(node, name) },
         None => ptr::null_mut(),
     }
@@ -191,9 +191,9 @@ pub(crate) unsafe extern "C" fn _ZNK6aiNode8FindNodeEPKc(node: *const aiNode, na
 }
 
 /// # Safety
-/// `node` is NULL or a node whose children are nodes; `name` is the first character of a text.
+/// `node` is NULL or a node whose children are nodes; `name` is the first character of a string.
 unsafe fn find(node: *mut aiNode, name: &c_char) -> *mut aiNode {
-    // SAFETY: the caller hands over NULL or a node.
+    // SAFETY: the caller passes NULL or a node.
     let Some(this) = (unsafe { node.as_ref() }) else {
         return ptr::null_mut();
     };

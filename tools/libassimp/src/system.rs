@@ -81,8 +81,8 @@ pub(crate) unsafe fn function<F: Copy>(name: &CStr) -> Result<F, String> {
     Ok(unsafe { std::mem::transmute_copy(&address) })
 }
 
-/// Defines functions that those of the system's Assimp do, and their value where there is none. Of a method, the object
-/// is the first argument.
+/// Defines functions that call the functions of the system's Assimp, and their value without the system's Assimp. Of a
+/// method, the object is the first argument.
 macro_rules! system_functions {
     ($(
         $(#[$attribute:meta])*
@@ -173,7 +173,7 @@ fn open_library(path: &Path) -> Result<System, String> {
     // SAFETY: opening runs what the library does when it is loaded; the user or the system chose it.
     let handle = unsafe { libc::dlopen(text.as_ptr(), flags) };
     if handle.is_null() {
-        // SAFETY: an opening failed just now, so there is a text, which ends with a zero byte.
+        // SAFETY: an opening failed just now, so there is a string, which ends with a zero byte.
         let reason = unsafe { CStr::from_ptr(libc::dlerror()) };
         return Err(reason.to_string_lossy().into_owned());
     }

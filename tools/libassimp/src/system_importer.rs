@@ -56,7 +56,7 @@ impl SystemImporter {
     ) -> Result<*mut aiScene, String> {
         let read = calls::read_file()?;
         self.set_properties(properties)?;
-        // SAFETY: an importer and a text.
+        // SAFETY: an importer and a string.
         self.with_handlers(handlers, || unsafe { read(self.0, path.as_ptr(), flags) })?;
         self.take_scene()
     }
@@ -77,7 +77,7 @@ impl SystemImporter {
 
     fn read_and_keep(&self, bytes: &[u8], flags: u32, hint: &CStr, handlers: Handlers) -> Result<(), String> {
         let read = calls::read_memory()?;
-        // SAFETY: an importer, bytes and a text.
+        // SAFETY: an importer, bytes and a string.
         self.with_handlers(handlers, || unsafe {
             read(self.0, bytes.as_ptr(), bytes.len(), flags, hint.as_ptr())
         })?;
@@ -235,10 +235,10 @@ static LOADER: [Word; 8] = [
     Word::code(Loader::read as *const c_void),
 ];
 
-/// A description, which holds pointers to constant texts.
+/// A description, which holds pointers to constant strings.
 struct Description(aiImporterDesc);
 
-// SAFETY: nothing writes the description or its texts.
+// SAFETY: nothing writes the description or its strings.
 unsafe impl Sync for Description {}
 
 static DESCRIPTION: Description = Description(aiImporterDesc {
@@ -255,7 +255,7 @@ static DESCRIPTION: Description = Description(aiImporterDesc {
 });
 
 impl Loader {
-    /// That of no file.
+    /// An extension that no file has.
     const EXTENSION: &CStr = c"mocap-scene";
 
     fn new(scene: *mut aiScene) -> Result<*mut Self, String> {

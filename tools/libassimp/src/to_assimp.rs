@@ -126,7 +126,7 @@ fn bone(bone: &Bone) -> aiBone {
 }
 
 fn material(material: &Material) -> aiMaterial {
-    // A text is its length in four bytes, its characters, and a zero byte.
+    // A string is its length in four bytes, its characters, and a zero byte.
     let mut name = (material.name.len() as u32).to_ne_bytes().to_vec();
     name.extend_from_slice(material.name.as_bytes());
     name.push(0);

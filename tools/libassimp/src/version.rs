@@ -1,4 +1,4 @@
-//! The version that programs ask for: that of the Assimp whose interface this is.
+//! The version that programs ask for: the version of the Assimp whose interface this library has.
 
 use std::ffi::{CStr, c_char};
 

@@ -22,7 +22,7 @@ fn fixture(name: &str) -> String {
     format!("{}/../../fixtures/real/{name}.bvh", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Asserts that two texts have the same words in the same lines, and numbers that are no further apart than
+/// Asserts that two strings have the same words in the same lines, and numbers that are no further apart than
 /// `tolerance` says for the line and the number.
 fn assert_same_words(name: &str, expected: &str, found: &str, tolerance: impl Fn(&str, f64) -> f64) {
     assert_eq!(expected.lines().count(), found.lines().count(), "{name}: lines");

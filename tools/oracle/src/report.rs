@@ -22,7 +22,7 @@ pub(crate) struct Finding {
     pub ours: String,
 }
 
-/// What was found on one file.
+/// The differences found in one file.
 #[derive(Debug, Default)]
 pub(crate) struct Report {
     /// Values and lines that are equal.
@@ -126,7 +126,7 @@ impl Report {
         Some(classed)
     }
 
-    /// Our rotations shall be as near to those in double precision as Assimp's, or within the last place.
+    /// Our rotations must be as near to the rotations in double precision as Assimp's, or within the last place.
     fn kinematics(&mut self, motion: &Motion, output: &str, assimp: &Scene, ours: &Scene) {
         let (Some(assimp), Some(ours)) = (motion.rotation_error(assimp), motion.rotation_error(ours)) else {
             return;
@@ -138,7 +138,7 @@ impl Report {
         }
     }
 
-    /// Compares two texts of a pair of scenes whose differences are known.
+    /// Compares two outputs of a pair of scenes whose differences are known.
     pub(crate) fn texts(
         &mut self,
         output: &str,
@@ -215,7 +215,7 @@ fn reason_of_refusal(source: &Source, by: Program, message: &str) -> Option<&'st
         .map(|refusal| refusal.id)
 }
 
-/// A text may differ where its scenes do, for the same reason, or for a reason of its own where they do not.
+/// An output may differ where its scenes do, for the same reason, or for a reason of its own where they do not.
 fn reason_of_text(scenes: &[(Difference, Option<&'static str>)], difference: &TextDifference) -> Option<&'static str> {
     let shown: Vec<Option<&'static str>> = scenes
         .iter()

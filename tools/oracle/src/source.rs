@@ -207,7 +207,7 @@ fn channel(word: &str) -> Option<Channel> {
     }
 }
 
-/// The words of each line behind that of the frame time, blank lines left out.
+/// The words of each line after the line of the frame time, without blank lines.
 fn line_lengths(text: &str) -> Vec<usize> {
     let lines = text
         .split(['\n', '\r'])

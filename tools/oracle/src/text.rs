@@ -1,4 +1,4 @@
-//! Compares the texts that Assimp and mocap print in the format of the course. Lines about the same part of the scene
+//! Compares the lines that Assimp and mocap print in the format of the course. Lines about the same part of the scene
 //! are compared.
 //!
 //! A line may differ if that part of the scenes differs for an accepted reason. The text alone has two more accepted
@@ -87,7 +87,7 @@ impl TextDifference {
     }
 }
 
-/// The lines of a text in groups, in the order of the text.
+/// The lines of an output in groups, in the order of the output.
 struct Groups<'a> {
     order: Vec<Subject>,
     lines: HashMap<Subject, Vec<&'a str>>,
@@ -174,7 +174,7 @@ fn mesh_of_bone_line(line: &str) -> Option<usize> {
     line.rsplit_once("   Mesh: ")?.1.split_whitespace().next()?.parse().ok()
 }
 
-/// How many lines of the two texts are equal, and where they differ.
+/// How many lines of the two outputs are equal, and where they differ.
 pub(crate) fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) {
     if assimp == ours {
         return (assimp.lines().count(), Vec::new());
@@ -210,7 +210,7 @@ pub(crate) fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) 
 pub(crate) const MINUS_ZERO: &str = "minus-zero";
 pub(crate) const SIXTH_DIGIT: &str = "sixth-digit";
 
-/// The row of `README.md` that explains a difference of the texts where the scenes have none.
+/// The row of `README.md` that explains a difference of the outputs where the scenes have none.
 pub(crate) fn explain(difference: &TextDifference) -> Option<&'static str> {
     let TextDifference { subject, assimp, ours } = difference;
     let unsigned_zeros = |text: &str| match subject {
@@ -227,7 +227,7 @@ pub(crate) fn explain(difference: &TextDifference) -> Option<&'static str> {
     }
 }
 
-/// Whether the texts are equal but for the last of six digits of some numbers.
+/// Whether the outputs are equal but for the last of six digits of some numbers.
 fn differ_in_sixth_digit(assimp: &str, ours: &str) -> bool {
     let (assimp, ours): (Vec<&str>, Vec<&str>) = (assimp.split(' ').collect(), ours.split(' ').collect());
     assimp.len() == ours.len()

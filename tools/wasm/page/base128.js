@@ -4,8 +4,8 @@
 /** Characters that an HTML element does not preserve (NUL and carriage return), and "<", which could end the element. */
 const REPLACED = [0, 13, 60];
 
-// Such a character becomes a character of two bytes: its index in this list, from FIRST on, and the next seven bits. LAST
-// replaces FIRST if no bits follow.
+// Such a character becomes a character of two bytes: its index in this list, counted from FIRST, and the next seven
+// bits. LAST replaces FIRST if no bits follow.
 const FIRST = 2;
 const LAST = FIRST + REPLACED.length;
 

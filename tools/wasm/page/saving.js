@@ -18,8 +18,9 @@ const PAGE_ERROR = 1e-4;
 export const stem = (name) => name.replace(/\.\w+$/, "");
 
 export class Saving {
-  // `acts`: chosen() is the item that is saved, all() are those that can be, shown() are those in the picture; ask(item,
-  // request) is a promise of the reader's answer, page(items) of this page with them; film() asks for a picture or a film.
+  // `acts`: chosen() is the item that is saved, all() are the items that can be saved, shown() are the items in the
+  // picture; ask(item, request) is a promise of the reader's answer, page(items) of this page with them; film() asks
+  // for a picture or a film.
   constructor(acts) {
     this.acts = acts;
     for (const button of byId("save-row").querySelectorAll("[data-format]")) {

@@ -52,7 +52,7 @@ enum Request {
     /// steps that take one.
     Edit {
         scene: u32,
-        /// Each step is a text, or an object with name and options.
+        /// Each step is a string, or an object with name and options.
         steps: Vec<Value>,
         #[serde(default)]
         others: Vec<u32>,

@@ -84,7 +84,7 @@ unsafe extern "C" fn ufbx_memcmp(a: *const c_void, b: *const c_void, count: usiz
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_strcmp(a: *const c_char, b: *const c_char) -> c_int {
-    // SAFETY: both texts of the caller end with a zero.
+    // SAFETY: both strings of the caller end with a zero.
     let (a, b) = unsafe { (std::ffi::CStr::from_ptr(a), std::ffi::CStr::from_ptr(b)) };
     a.to_bytes().cmp(b.to_bytes()) as c_int
 }
@@ -92,7 +92,7 @@ unsafe extern "C" fn ufbx_strcmp(a: *const c_char, b: *const c_char) -> c_int {
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_strncmp(a: *const c_char, b: *const c_char, count: usize) -> c_int {
     for index in 0..count {
-        // SAFETY: both texts of the caller end with a zero, and no byte after the zero is read.
+        // SAFETY: both strings of the caller end with a zero, and no byte after the zero is read.
         let (a, b) = unsafe { (*a.add(index).cast::<u8>(), *b.add(index).cast::<u8>()) };
         if a != b || a == 0 {
             return a.cmp(&b) as c_int;

@@ -70,7 +70,7 @@ fn read(path: &str, name: &str, options: &Value) -> Result<Value, Value> {
     Ok(call(&request, &[&fixture(path)])?.0["scene"].clone())
 }
 
-/// The first place where two texts differ, with what is around it.
+/// The first place where two strings differ, with what is around it.
 fn difference(made: &Made, expected: &Made) -> String {
     let (Ok(made), Ok(expected)) = (made, expected) else {
         return format!("{made:?}, {expected:?}").chars().take(400).collect();

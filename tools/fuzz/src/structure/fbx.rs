@@ -12,7 +12,7 @@ use super::{float, number};
 /// Before the version; the records begin after it.
 const HEAD: &[u8] = b"Kaydara FBX Binary  \0\x1a\0";
 
-/// From this version on, offsets and lengths have 64 bits.
+/// In this version and later versions, offsets and lengths have 64 bits.
 const WIDE: u32 = 7500;
 
 /// Records within each other, and objects connected in a chain, at most.
@@ -38,7 +38,7 @@ struct Record {
 enum Property {
     /// A number, by the letter of its type.
     Number(u8, Vec<u8>),
-    /// A text or bytes.
+    /// A string or bytes.
     Text(u8, Vec<u8>),
     Array {
         kind: u8,
@@ -48,7 +48,7 @@ enum Property {
     },
 }
 
-/// The records from `at` on up to an empty one or the end of the bytes.
+/// The records from `at` up to an empty record or the end of the bytes.
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -294,7 +294,7 @@ fn edge(kind: u8, now: &[u8], random: &mut Rng) -> Vec<u8> {
     }
 }
 
-/// What names and types in files say.
+/// A random word from the names and types that occur in FBX files.
 fn word(random: &mut Rng) -> Vec<u8> {
     const WORDS: [&[u8]; 22] = [
         b"",
@@ -419,7 +419,7 @@ fn section<'a>(root: &'a mut Record, name: &[u8]) -> Option<&'a mut Vec<Record>>
     Some(&mut found.records)
 }
 
-/// The numbers by which connections name the objects of this kind, or of all.
+/// The IDs of the objects of this kind, or of all objects. Connections refer to these IDs.
 fn objects(root: &mut Record, kind: Option<&[u8]>) -> Vec<Property> {
     let objects = section(root, b"Objects").map(std::mem::take).unwrap_or_default();
     let wanted = objects

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::{float, number};
 
-/// Bytes of the header of a `.glb` file with that of its first chunk.
+/// Bytes of the header of a `.glb` file and the header of its first chunk.
 const HEAD: usize = 20;
 
 /// Nodes of the longest chain that is put into a file.

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use super::*;
 
-/// Lets the C++ compiler compare every size and every offset with those of the headers that Debian ships.
+/// Lets the C++ compiler compare every size and every offset with the headers that Debian ships.
 #[test]
 fn layouts_are_those_of_the_headers() {
     let mut source = String::from(

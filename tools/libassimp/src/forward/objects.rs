@@ -1,7 +1,7 @@
 //! The tables of virtual functions and the type infos that Assimp 5.2.5 exports, with the same sizes.
 //!
 //! A type info is data alone, which the C++ library looks at for `dynamic_cast` and for exceptions. A virtual function
-//! is a stub that leads to the same word of the same table of the system's Assimp. The tables are those of
+//! is a stub that leads to the same word of the same table of the system's Assimp. The tables are from
 //! `tests/symbols.txt`; their words were read from Debian's library with `readelf`.
 
 use std::ffi::{CStr, c_void};

@@ -1,7 +1,8 @@
 //! The classes behind `std::shared_ptr` that Assimp exports because it uses them.
 //!
 //! They are the C++ library's, so that another library of the program may use these tables for pointers of its own:
-//! they work without the system's Assimp. Objects are those of the GNU C++ library: a table, two counts, the pointer.
+//! they work without the system's Assimp. Objects have the layout of the GNU C++ library: a table, two counts, the
+//! pointer.
 
 use std::ffi::{CStr, c_char, c_void};
 

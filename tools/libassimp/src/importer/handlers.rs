@@ -19,7 +19,7 @@ methods! {
         }
     }
 
-    /// `IOSystem *GetIOHandler() const`: the program's, else that of the system's Assimp.
+    /// `IOSystem *GetIOHandler() const`: the program's, otherwise the system's Assimp's.
     fn _ZNK6Assimp8Importer12GetIOHandlerEv(state) -> *mut c_void | ptr::null_mut() => {
         match state.handlers.io.0.is_null() {
             true => registry::handler(state, calls::io_handler()),
@@ -41,7 +41,7 @@ methods! {
         }
     }
 
-    /// `ProgressHandler *GetProgressHandler() const`: the program's, else that of the system's Assimp.
+    /// `ProgressHandler *GetProgressHandler() const`: the program's, otherwise the system's Assimp's.
     fn _ZNK6Assimp8Importer18GetProgressHandlerEv(state) -> *mut c_void | ptr::null_mut() => {
         match state.handlers.progress.0.is_null() {
             true => registry::handler(state, calls::progress_handler()),

@@ -16,13 +16,13 @@ unsafe fn named(name: *const c_char) -> Box<CStr> {
 methods! {
     /// `bool SetPropertyInteger(const char *name, int value)`: whether it was set before.
     fn _ZN6Assimp8Importer18SetPropertyIntegerEPKci(state, name: *const c_char, value: i32) -> bool | false => {
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         state.properties.integers.insert(unsafe { named(name) }, value).is_some()
     }
 
     /// `bool SetPropertyFloat(const char *name, float value)`: whether it was set before.
     fn _ZN6Assimp8Importer16SetPropertyFloatEPKcf(state, name: *const c_char, value: f32) -> bool | false => {
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         state.properties.floats.insert(unsafe { named(name) }, value).is_some()
     }
 
@@ -30,7 +30,7 @@ methods! {
     fn _ZN6Assimp8Importer17SetPropertyStringEPKcRKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEE(
         state, name: *const c_char, value: *const StdString
     ) -> bool | false => {
-        // SAFETY: the caller hands over a text and a string.
+        // SAFETY: the caller passes a string and a string.
         let (name, value) = unsafe { (named(name), (*value).to_c_string()) };
         state.properties.strings.insert(name, value).is_some()
     }
@@ -39,7 +39,7 @@ methods! {
     fn _ZN6Assimp8Importer17SetPropertyMatrixEPKcRK12aiMatrix4x4tIfE(
         state, name: *const c_char, value: *const aiMatrix4x4
     ) -> bool | false => {
-        // SAFETY: the caller hands over a text and a matrix.
+        // SAFETY: the caller passes a string and a matrix.
         let (name, value) = unsafe { (named(name), *value) };
         state.properties.matrices.insert(name, value).is_some()
     }
@@ -48,7 +48,7 @@ methods! {
     fn _ZN6Assimp8Importer18SetPropertyPointerEPKcPv(
         state, name: *const c_char, value: *mut c_void
     ) -> bool | false => {
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         state.properties.pointers.insert(unsafe { named(name) }, value).is_some()
     }
 
@@ -56,7 +56,7 @@ methods! {
     fn _ZNK6Assimp8Importer18GetPropertyIntegerEPKci(
         state, name: *const c_char, otherwise: i32
     ) -> i32 | otherwise => {
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         state.properties.integers.get(&unsafe { named(name) }).copied().unwrap_or(otherwise)
     }
 
@@ -64,7 +64,7 @@ methods! {
     fn _ZNK6Assimp8Importer16GetPropertyFloatEPKcf(
         state, name: *const c_char, otherwise: f32
     ) -> f32 | otherwise => {
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         state.properties.floats.get(&unsafe { named(name) }).copied().unwrap_or(otherwise)
     }
 
@@ -72,7 +72,7 @@ methods! {
     fn _ZNK6Assimp8Importer18GetPropertyPointerEPKcPv(
         state, name: *const c_char, otherwise: *mut c_void
     ) -> *mut c_void | otherwise => {
-        // SAFETY: the caller hands over a text.
+        // SAFETY: the caller passes a string.
         state.properties.pointers.get(&unsafe { named(name) }).copied().unwrap_or(otherwise)
     }
 }

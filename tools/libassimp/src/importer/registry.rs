@@ -1,4 +1,4 @@
-//! Loaders and steps, the program's and the built-in: they are those of the system's Assimp.
+//! The program's loaders and steps, and the built-in ones. The system's Assimp provides all of them.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
@@ -23,7 +23,7 @@ macro_rules! system_methods {
                     let symbol = CStr::from_bytes_with_nul(NAME.as_bytes()).unwrap_or_default();
                     // SAFETY: the method of the headers.
                     match (state.system(), unsafe { crate::system::function::<Inner>(symbol) }) {
-                        // SAFETY: an importer, and what the caller hands over.
+                        // SAFETY: an importer, and what the caller passes.
                         (Ok(system), Ok(method)) => unsafe { method(system.object() $(, $name)*) },
                         _ => $otherwise,
                     }
@@ -73,14 +73,14 @@ methods! {
     /// `bool IsExtensionSupported(const char *extension) const`
     fn _ZNK6Assimp8Importer20IsExtensionSupportedEPKc(state, extension: *const c_char) -> bool | false => {
         let _ = state;
-        // SAFETY: the caller hands over NULL or a text.
+        // SAFETY: the caller passes NULL or a string.
         unsafe { aiIsExtensionSupported(extension) == 1 }
     }
 
     /// `void GetExtensionList(aiString &list) const`
     fn _ZNK6Assimp8Importer16GetExtensionListER8aiString(state, list: *mut aiString) -> () | () => {
         let _ = state;
-        // SAFETY: the caller hands over the place of an `aiString`.
+        // SAFETY: the caller passes a valid pointer to an `aiString`.
         unsafe { aiGetExtensionList(list) }
     }
 }
@@ -92,7 +92,7 @@ fn register(state: &mut State, method: Result<Register, String>, part: *mut c_vo
     let (Ok(method), Ok(system)) = (method, state.system()) else {
         return AI_FAILURE;
     };
-    // SAFETY: an importer, and what the caller hands over.
+    // SAFETY: an importer, and what the caller passes.
     let result = unsafe { method(system.object(), part) };
     state.has_registered |= result == AI_SUCCESS;
     result

@@ -163,7 +163,7 @@ macro_rules! methods {
                 importer: *mut crate::importer::Importer
                 $(, $name: $type)*
             ) -> $result {
-                // SAFETY: the caller hands over an importer.
+                // SAFETY: the caller passes an importer.
                 if let Some($state) = unsafe { crate::importer::state(importer) } {
                     return $body;
                 }

@@ -4,10 +4,10 @@ use super::quaternions::{matrix_of, quaternion_of, unit};
 use super::{cross, divided, dot, functions, length, near};
 use crate::abi::{aiMatrix3x3, aiMatrix4x4, aiQuaternion, aiVector2D, aiVector3D};
 
-/// How far an element of a matrix may be from that of the identity.
+/// The largest distance of an element of a matrix from the element of the identity.
 const NEARLY_IDENTITY: f32 = 10e-3;
 
-/// From this cosine on, two directions are taken for parallel.
+/// The smallest cosine at which two directions count as parallel.
 const PARALLEL: f32 = 1.0 - 0.00001;
 
 /// The largest cosine of the angle about y at which the axes of x and z coincide. Then only the sum or the difference
@@ -113,7 +113,7 @@ functions! {
     /// The determinant.
     tell aiMatrix4Determinant(matrix: *const aiMatrix4x4) -> f32 { determinant4(matrix) }
 
-    /// 1 if no element is farther than 0.01 from that of the identity, else 0.
+    /// 1 if no element is farther than 0.01 from the element of the identity, else 0.
     tell aiMatrix4IsIdentity(matrix: *const aiMatrix4x4) -> i32 {
         let is_near = |element: f32, expected: f32| {
             element <= expected + NEARLY_IDENTITY && element >= expected - NEARLY_IDENTITY
@@ -123,7 +123,7 @@ functions! {
         i32::from(elements.all(|(element, expected)| is_near(*element, *expected)))
     }
 
-    /// The rotation about x, then y, then z, by radians; the other elements stay.
+    /// The rotation about x, then y, then z, by radians; the other elements do not change.
     change aiMatrix4FromEulerAngles(matrix: aiMatrix4x4, x: f32, y: f32, z: f32) {
         let rotation = from_euler_angles(x, y, z);
         let mut changed = matrix;
@@ -165,20 +165,20 @@ functions! {
 /// The identity.
 ///
 /// # Safety
-/// `matrix` is the place of a matrix.
+/// `matrix` points to a matrix.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiIdentityMatrix4(matrix: *mut aiMatrix4x4) {
-    // SAFETY: the caller hands over the place of a matrix.
+    // SAFETY: the caller passes a valid pointer to a matrix.
     unsafe { matrix.write(identity()) };
 }
 
 /// The identity.
 ///
 /// # Safety
-/// `matrix` is the place of a matrix.
+/// `matrix` points to a matrix.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiIdentityMatrix3(matrix: *mut aiMatrix3x3) {
-    // SAFETY: the caller hands over the place of a matrix.
+    // SAFETY: the caller passes a valid pointer to a matrix.
     unsafe { matrix.write(identity()) };
 }
 
@@ -193,9 +193,9 @@ pub(crate) unsafe extern "C" fn aiDecomposeMatrix(
     rotation: *mut aiQuaternion,
     position: *mut aiVector3D,
 ) {
-    // SAFETY: the caller hands over a matrix.
+    // SAFETY: the caller passes a matrix.
     let parts = Parts::of(unsafe { *matrix });
-    // SAFETY: the caller hands over the places of two vectors and a quaternion.
+    // SAFETY: the caller passes the places of two vectors and a quaternion.
     unsafe {
         scaling.write(parts.scaling);
         rotation.write(quaternion_of(transpose(parts.axes)));
@@ -214,9 +214,9 @@ pub(crate) unsafe extern "C" fn aiMatrix4DecomposeIntoScalingEulerAnglesPosition
     rotation: *mut aiVector3D,
     position: *mut aiVector3D,
 ) {
-    // SAFETY: the caller hands over a matrix.
+    // SAFETY: the caller passes a matrix.
     let parts = Parts::of(unsafe { *matrix });
-    // SAFETY: the caller hands over the places of three vectors.
+    // SAFETY: the caller passes the places of three vectors.
     unsafe {
         scaling.write(parts.scaling);
         rotation.write(euler_angles_of(parts.axes));
@@ -236,13 +236,13 @@ pub(crate) unsafe extern "C" fn aiMatrix4DecomposeIntoScalingAxisAnglePosition(
     angle: *mut f32,
     position: *mut aiVector3D,
 ) {
-    // SAFETY: the caller hands over a matrix.
+    // SAFETY: the caller passes a matrix.
     let parts = Parts::of(unsafe { *matrix });
     let [cosine, x, y, z] = unit(quaternion_of(transpose(parts.axes)));
     let sine = (1.0 - cosine * cosine).sqrt();
     // Of a rotation by next to nothing the axis is of no length.
     let divisor = if sine.abs() < NEARLY_IDENTITY { 1.0 } else { sine };
-    // SAFETY: the caller hands over the places of three vectors and a number.
+    // SAFETY: the caller passes the places of three vectors and a number.
     unsafe {
         scaling.write(parts.scaling);
         axis.write([x, y, z].map(|component| component / divisor));
@@ -261,9 +261,9 @@ pub(crate) unsafe extern "C" fn aiMatrix4DecomposeNoScaling(
     rotation: *mut aiQuaternion,
     position: *mut aiVector3D,
 ) {
-    // SAFETY: the caller hands over a matrix.
+    // SAFETY: the caller passes a matrix.
     let matrix = unsafe { *matrix };
-    // SAFETY: the caller hands over the places of a quaternion and a vector.
+    // SAFETY: the caller passes the places of a quaternion and a vector.
     unsafe {
         rotation.write(quaternion_of(upper_left(matrix)));
         position.write(position_of(matrix));

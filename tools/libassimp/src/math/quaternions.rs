@@ -3,7 +3,7 @@
 use super::{dot, functions, near, normalized};
 use crate::abi::{aiMatrix3x3, aiQuaternion, aiVector3D};
 
-/// From this cosine on, the arc between two quaternions is as good as straight.
+/// The smallest cosine at which the arc between two quaternions counts as straight.
 const NEARLY_ONE: f32 = 0.0001;
 
 functions! {
