@@ -95,7 +95,7 @@ impl fmt::Display for JobReport {
         lines.extend(self.steps.iter().map(ToString::to_string));
         lines.extend(self.clips.iter().map(|clip| {
             let (name, verdict, mean) = (clip.name(), clip.verdict().as_str(), clip.mean_degrees());
-            format!("{name}: {verdict}: limbs {mean:.2} degrees off in the mean")
+            format!("{name}: {verdict}: mean limb error {mean:.2} degrees")
         }));
         lines.extend(self.walk.as_ref().map(ToString::to_string));
         lines.extend(self.verification.as_ref().map(ToString::to_string));

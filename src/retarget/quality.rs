@@ -305,14 +305,14 @@ pub(super) fn verdict(report: &RetargetReport) -> Verdict {
 /// The defects of a motion, each with its own verdict.
 fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
     let (what, bounds) = match report.by_names {
-        Some(_) => ("bones", OF_CREATURES),
-        None => ("limbs", OF_LIMBS),
+        Some(_) => ("bone", OF_CREATURES),
+        None => ("limb", OF_LIMBS),
     };
     let mean_degrees = report
         .hands
         .as_ref()
         .map_or(report.mean_degrees, |hands| hands.free_mean_degrees);
-    let mut limbs = format!("{what} {mean_degrees:.1} degrees off in the mean");
+    let mut limbs = format!("mean {what} error {mean_degrees:.1} degrees");
     let worst = |a: &&LimbError, b: &&LimbError| a.mean_degrees.total_cmp(&b.mean_degrees);
     if let Some(worst) = report.limbs.iter().max_by(worst) {
         limbs += &format!(", {} {:.1}", worst.bone.as_str(), worst.mean_degrees);
@@ -322,7 +322,7 @@ fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
         false => (graded(mean_degrees, bounds), limbs),
     }];
     findings.extend(report.seen.iter().map(|seen| {
-        let reason = format!("{seen} {:.1} degrees off in the mean", seen.mean_degrees);
+        let reason = format!("{seen}: mean error {:.1} degrees", seen.mean_degrees);
         (graded(seen.mean_degrees, limits(seen.aspect)), reason)
     }));
     findings.extend(report.guessed.iter().map(|guess| {
@@ -448,9 +448,13 @@ impl RetargetReport {
         let limb = self.limbs.iter().find(|limb| limb.max_degrees == angle);
         let seen = self.seen.iter().find(|seen| seen.mean_degrees == angle);
         let what = match (limb, seen) {
-            (Some(limb), _) => format!("{} is {angle:.2} degrees off at tick {}", limb.bone.as_str(), limb.tick),
-            (None, Some(seen)) => format!("the {seen} is {angle:.2} degrees off in the mean"),
-            (None, None) => format!("a limb is {angle:.2} degrees off"),
+            (Some(limb), _) => format!(
+                "{} has an error of {angle:.2} degrees at tick {}",
+                limb.bone.as_str(),
+                limb.tick
+            ),
+            (None, Some(seen)) => format!("the {seen} has a mean error of {angle:.2} degrees"),
+            (None, None) => format!("a limb has an error of {angle:.2} degrees"),
         };
         (angle > allowed).then(|| format!("{}: {what}, and {allowed} are allowed", self.clip))
     }

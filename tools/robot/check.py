@@ -253,7 +253,7 @@ def live(judge, mocap, motion, folder, failures):
         (beyond > 0, f"{beyond} positions beyond a limit"),
         (share > 0.01, f"soles below the floor in {100 * share:.1f} % of frames"),
         (skate > source + LIVE_SLIDE, f"feet slide {100 * skate:.1f} cm/s, in the source {100 * source:.1f}"),
-        (mean > 5, f"limbs are {mean:.1f} degrees off"),
+        (mean > 5, f"the mean limb error is {mean:.1f} degrees"),
     ]:
         if is_wrong:
             failures.append(f"{what}: {why}")
@@ -319,7 +319,7 @@ def check(judge, mocap, motion, folder, failures):
     if skate is not None and source is not None and skate > source + 0.005:
         failures.append(f"{what}: feet slide {100 * skate:.1f} cm/s, in the source {100 * source:.1f}")
     if "walk" in motion.name and mean > 5:
-        failures.append(f"{what}: limbs are {mean:.1f} degrees off")
+        failures.append(f"{what}: the mean limb error is {mean:.1f} degrees")
     collide = f"{100 * report['fraction_in_self_collision']:.1f}"
     if judge.shapes:
         by_contacts = judge.shapes.share(written["dof_names"], written["dof_pos"])

@@ -163,7 +163,7 @@ def main():
             with np.load(out) as arrays:
                 wrong, heights = Judge(path).judge(arrays, report)
             if report["mean_degrees"] > 10:
-                wrong.append(f"limbs {report['mean_degrees']:.1f} degrees off")
+                wrong.append(f"mean limb error {report['mean_degrees']:.1f} degrees")
             failures += bool(wrong)
             print(f"{name:28} limbs {report['mean_degrees']:4.1f} deg, lowest {1000 * heights.min():6.1f} to {1000 * heights.max():5.1f} mm, {report['verdict']}")
             for line in wrong[:4]:

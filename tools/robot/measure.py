@@ -236,8 +236,8 @@ def total(rows, before):
         angles = [(row["degrees"] or 0) - (was["degrees"] or 0) for row, was in pairs]
         own = [row["own_degrees"] - was["own_degrees"] for row, was in pairs]
         print(
-            f"acceleration: x{np.median(ratios):.2f} in the median, x{max(ratios):.2f} at most, above x0.25 in {sum(ratio > 0.25 for ratio in ratios)}; "
-            f"angles {mean(angles):+.2f} degrees in the mean, {max(angles):+.2f} at most; own {mean(own):+.2f}, {max(own):+.2f} at most"
+            f"acceleration: median x{np.median(ratios):.2f}, x{max(ratios):.2f} at most, above x0.25 in {sum(ratio > 0.25 for ratio in ratios)}; "
+            f"angles {mean(angles):+.2f} degrees on average, {max(angles):+.2f} at most; own {mean(own):+.2f}, {max(own):+.2f} at most"
         )
 
 

@@ -219,7 +219,7 @@ def play(mocap, folder):
         worst = max(worst, degrees(rotations[:, bone], found).max())
     step = np.diff(times)
     assert worst < ALLOWED, worst
-    print(f"vmc: play: {count} frames, none lost, at most {worst:.5f} degrees off; {1000 * np.median(step):.2f} ms from frame to frame")
+    print(f"vmc: play: {count} frames, none lost, at most {worst:.5f} degrees of error; {1000 * np.median(step):.2f} ms from frame to frame")
 
 
 class Heard:

@@ -111,7 +111,7 @@ impl fmt::Display for ClipTable<'_> {
         let width = lengths.max().unwrap_or(0);
         writeln!(
             f,
-            "{:width$}  verdict  degrees off, mean   most  slide cm/s  in the source  frames",
+            "{:width$}  verdict  mean error, degrees   most  slide cm/s  in the source  frames",
             "clip"
         )?;
         for (clip, report) in sorted {
@@ -121,7 +121,7 @@ impl fmt::Display for ClipTable<'_> {
             });
             writeln!(
                 f,
-                "{:width$}  {:7}  {:>17.2}  {:>5.1}  {slide:>10}  {of_source:>13}  {:>6}",
+                "{:width$}  {:7}  {:>19.2}  {:>5.1}  {slide:>10}  {of_source:>13}  {:>6}",
                 report.clip,
                 report.verdict.as_str(),
                 report.mean_degrees,

@@ -374,10 +374,7 @@ fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, 
     let found = &retargeting.clips()[0].report;
     match found.body() {
         Some(_) => print_report(found, false, Place::Message)?,
-        None => report::say(&format!(
-            "{name}: limbs {:.1} degrees off in the mean",
-            found.mean_degrees()
-        )),
+        None => report::say(&format!("{name}: mean limb error {:.1} degrees", found.mean_degrees())),
     }
     let scene = retargeting.scene();
     let figure = match retargeting.humanoid() {
@@ -408,7 +405,7 @@ fn tell_limbs(target: &PageFile, source: &PageFile, limbs: &[LimbAngles]) {
             .map(|degrees| f64::from(*degrees))
     };
     report::say(&format!(
-        "{} against {}: limbs {:.2} degrees off in the mean, {:.2} at most",
+        "{} against {}: mean limb error {:.2} degrees, {:.2} at most",
         target.name,
         source.name,
         degrees().sum::<f64>() / degrees().count().max(1) as f64,

@@ -49,7 +49,7 @@ impl fmt::Display for FollowReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, {} jumps; path of {:.1} m: deviation {:.2} m and {:.0} degrees in the mean, {:.2} m at most{}",
+            "{} frames, {} jumps; path of {:.1} m: mean deviation {:.2} m and {:.0} degrees, {:.2} m at most{}",
             self.frames,
             self.jumps,
             self.length,

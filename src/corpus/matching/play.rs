@@ -43,8 +43,8 @@ impl fmt::Display for PlayReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, {} jumps; {:.1} m, and {:.1} m were asked for; velocity {:.2} m/s and direction {:.0} degrees \
-             off in the mean",
+            "{} frames, {} jumps; {:.1} m, and {:.1} m were asked for; mean error of the velocity {:.2} m/s, of the \
+             direction {:.0} degrees",
             self.frames, self.jumps, self.distance, self.wanted_distance, self.mean_velocity_error, self.mean_angle
         )
     }

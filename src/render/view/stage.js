@@ -262,7 +262,7 @@ export class Stage {
     if (bone) lines.push(`${bone.name}, ${bone.confidence}: ${bone.reason}`);
     else if (clip.humanoid) lines.push("not a humanoid bone");
     const error = this.state.errors ? limbError(clip, joint) : null;
-    if (error !== null) lines.push(`limb ${short(error)}° off the source`);
+    if (error !== null) lines.push(`limb error ${short(error)}°`);
     tip.textContent = [...lines, `local  ${local}`, `world  ${world}`].join("\n");
     // Place the tip beside the joint, within the picture.
     const left = clamp(x + 14, 4, Math.max(4, this.canvas.clientWidth - tip.offsetWidth - 4));

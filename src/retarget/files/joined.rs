@@ -78,7 +78,7 @@ pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Resul
     let retargeting = Retargeter::new(first_alone, scene.clone(), options).map_err(refuse)?;
     let report = &retargeting.clips()[0].report;
     let quality = format!(
-        "{}, limbs {:.1} degrees off in the mean",
+        "{}, mean limb error {:.1} degrees",
         report.verdict().as_str(),
         report.mean_degrees()
     );

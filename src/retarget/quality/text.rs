@@ -21,10 +21,10 @@ impl fmt::Display for RetargetReport {
         if self.frames == 0 && self.verdict == Verdict::Good {
             return write!(f, "{clip}: a face without a body");
         }
-        let what = if self.by_names.is_some() { "bones" } else { "limbs" };
+        let what = if self.by_names.is_some() { "bone" } else { "limb" };
         write!(
             f,
-            "{clip}: {what} {:.2} degrees off in the mean, {:.2} at most, in {} frames: {verdict}; path scaled by {:.3}",
+            "{clip}: mean {what} error {:.2} degrees, {:.2} at most, in {} frames: {verdict}; path scaled by {:.3}",
             self.mean_degrees, self.max_degrees, self.frames, self.scale
         )?;
         if self.verdict != Verdict::Good {
@@ -35,7 +35,7 @@ impl fmt::Display for RetargetReport {
             let tick = limb.tick;
             write!(
                 f,
-                "\n{clip}: {bone} {mean:.1} degrees off in the mean, {most:.1} at tick {tick}"
+                "\n{clip}: {bone}: mean error {mean:.1} degrees, {most:.1} at tick {tick}"
             )?;
         }
         if let Some(names) = &self.by_names {
@@ -53,7 +53,7 @@ impl fmt::Display for RetargetReport {
             let (mean, most, tick) = (seen.mean_degrees, seen.max_degrees, seen.tick);
             write!(
                 f,
-                "\n{clip}: {seen} {mean:.0} degrees off in the mean, {most:.0} at tick {tick}"
+                "\n{clip}: {seen}: mean error {mean:.0} degrees, {most:.0} at tick {tick}"
             )?;
         }
         let guesses = self.guessed.iter().map(|guess| (guess.bone, guess.reason.as_str()));

@@ -180,7 +180,7 @@ impl RobotReport {
         }
         (!is_good(OVER_EFFORT)).then(|| {
             let (joint, most) = (&dynamics.most_loaded_joint, dynamics.max_effort);
-            format!("too hard for {joint}: {most:.1} times its effort limit")
+            format!("the torque of {joint} is {most:.1} times its effort limit")
         })
     }
 
@@ -212,7 +212,7 @@ impl fmt::Display for RobotReport {
         let infeasible = infeasible.map(|why| format!(", {why}")).unwrap_or_default();
         write!(
             f,
-            "{clip}: {verdict}{infeasible}: limbs {mean:.1} degrees off in the mean of {frames} frames; path scaled by \
+            "{clip}: {verdict}{infeasible}: mean limb error {mean:.1} degrees over {frames} frames; path scaled by \
              {scale:.3}"
         )?;
         let of = |is_worst: bool| {
@@ -237,10 +237,7 @@ impl fmt::Display for RobotReport {
         }
         for limb in self.limbs.iter().filter(|limb| limb.mean_degrees > 5.0) {
             let (bone, mean, most) = (limb.bone.as_str(), limb.mean_degrees, limb.max_degrees);
-            write!(
-                f,
-                "\n{clip}: {bone} {mean:.1} degrees off in the mean, {most:.1} at most"
-            )?;
+            write!(f, "\n{clip}: {bone}: mean error {mean:.1} degrees, {most:.1} at most")?;
         }
         let clamped = self.clamped.iter().filter(|joint| joint.fraction >= 0.01);
         let clamped: Vec<String> = clamped
@@ -252,7 +249,7 @@ impl fmt::Display for RobotReport {
         if let (Some(skate), Some(source)) = (self.skate, self.source_skate) {
             write!(
                 f,
-                "\n{clip}: feet on the ground slide at {:.1} cm/s in the mean, feet of the source at {:.1}; links are \
+                "\n{clip}: feet on the ground slide at {:.1} cm/s on average, feet of the source at {:.1}; links are \
                  at most {:.1} mm below the floor",
                 100.0 * skate,
                 100.0 * source,

@@ -93,7 +93,7 @@ impl fmt::Display for RobotScores {
         let (beyond, at) = (percent(self.limit_violation), percent(self.at_limit));
         write!(
             f,
-            "\njoint jerk {:.0} rad/s3 in the mean; {beyond} of positions beyond a limit, {at} at one",
+            "\nmean joint jerk {:.0} rad/s3; {beyond} of positions beyond a limit, {at} at one",
             self.joint_jerk
         )
     }

@@ -33,7 +33,7 @@ def lines(report: Mapping[str, Any]) -> list[str]:
     for step in report.get("steps", []):
         found.append(f"{step['step'].partition(':')[0]}: {_sentence(step['changed'])}")
     for clip in report.get("clips", []):
-        found.append(f"{clip['clip']}: {clip['verdict']}, limbs {clip['mean_degrees']:.2f} degrees off in the mean")
+        found.append(f"{clip['clip']}: {clip['verdict']}, mean limb error {clip['mean_degrees']:.2f} degrees")
         found += [f"{limb['bone']}: {limb['mean_degrees']:.2f} degrees ({_grade(limb)})" for limb in clip["limbs"]]
     return found
 

@@ -67,7 +67,7 @@ export async function run(results, folder, sample) {
           const isSkeleton = extname(target.path) === ".gltf";
           mocap("retarget", motion.path, isSkeleton ? "--to-skeleton" : "--character", target.path, "-o", output, "--feet", "lock", "--force");
           const { degrees, feet } = compare(source, await sampleFile(output, target.bones));
-          results.check(degrees <= MOST_DEGREES, `${name}: limbs are ${degrees.toFixed(2)} degrees off in the mean`);
+          results.check(degrees <= MOST_DEGREES, `${name}: mean limb error ${degrees.toFixed(2)} degrees`);
           worst.degrees = Math.max(worst.degrees, degrees);
           if (!feet) return;
           const { contacts, skateBefore, skate, belowBefore, below, soleBelow } = feet;
@@ -85,6 +85,6 @@ export async function run(results, folder, sample) {
     });
   }
   results.note(
-    `worst: ${centimetres(worst.skate)} cm/s more than the source, ${percent(worst.below)} % of frames below the floor, ${percent(worst.soleBelow)} % with soles below it, limbs ${worst.degrees.toFixed(2)} degrees off`,
+    `worst: ${centimetres(worst.skate)} cm/s more than the source, ${percent(worst.below)} % of frames below the floor, ${percent(worst.soleBelow)} % with soles below it, mean limb error ${worst.degrees.toFixed(2)} degrees`,
   );
 }

@@ -126,7 +126,7 @@ const betweenTurns = (a, b) => {
 function compare(results, name, ticks, poses, expected, hasHips) {
   let worst = 0;
   const check = (tick, what, angle) => {
-    results.check(angle <= TOLERANCE, `${name}, tick ${tick}: ${what} is ${angle.toFixed(3)} degrees off`);
+    results.check(angle <= TOLERANCE, `${name}, tick ${tick}: ${what} has an error of ${angle.toFixed(3)} degrees`);
     if (!(angle <= worst)) worst = angle;
   };
   ticks.forEach((tick, index) => {
@@ -178,5 +178,5 @@ export async function run(results, folder, sample) {
       }
     });
   }
-  for (const [reader, angle] of worst) results.note(`${reader}: bones at most ${angle.toFixed(3)} degrees off`);
+  for (const [reader, angle] of worst) results.note(`${reader}: largest error of a bone ${angle.toFixed(3)} degrees`);
 }

@@ -345,7 +345,7 @@ export class Desk {
   facts({ summary, answer }) {
     const report = answer?.retargeted;
     if (isCharacter(this.chosen)) return `${summary}. Drop a motion on the figure, and it moves.`;
-    return report ? `${summary}; limbs ${report.mean_degrees.toFixed(1)}° off in the mean` : summary;
+    return report ? `${summary}; mean limb error ${report.mean_degrees.toFixed(1)}°` : summary;
   }
 
   showTools(item) {

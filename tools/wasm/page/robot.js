@@ -18,7 +18,7 @@ function linesOf({ verdict, mean_degrees, limbs, clamped, fraction_below_floor, 
   const worst = [...limbs].sort((a, b) => (b.max_degrees ?? 0) - (a.max_degrees ?? 0))[0];
   return [
     `verdict: ${verdict}`,
-    `limbs ${mean_degrees.toFixed(1)}° off the motion in the mean${worst?.max_degrees === undefined ? "" : `, at most ${worst.max_degrees.toFixed(1)}° (${worst.bone})`}`,
+    `mean limb error ${mean_degrees.toFixed(1)}°${worst?.max_degrees === undefined ? "" : `, at most ${worst.max_degrees.toFixed(1)}° (${worst.bone})`}`,
     `at a limit: ${atLimit.join(", ") || "no joint"}`,
     `soles below the floor in ${percent(fraction_below_floor)} of the frames, links within one another in ${percent(fraction_in_self_collision)}, jumps ${percent(fraction_of_jumps)}`,
     ...(skate === undefined || skate === null ? [] : [`standing soles slide ${(100 * skate).toFixed(2)} cm/s`]),
@@ -75,7 +75,7 @@ export class RobotView {
     const line = (bound) => new Float64Array(angles.length).fill(bound);
     this.chart.show([angles, ...bounds.map(line)], { filled: angles.length, colors: [style("--accent"), style("--warn"), style("--warn")], unit: "°" });
     const mean = angles.reduce((sum, angle) => sum + angle, 0) / angles.length;
-    byId("robot-speed").textContent = `${mean.toFixed(1)}° in the mean, at most ${angles.reduce((a, b) => Math.max(a, b), 0).toFixed(1)}°${bounds.length === 2 ? `; good is up to ${bounds[0]}° in the mean, fair up to ${bounds[1]}°` : ""}`;
+    byId("robot-speed").textContent = `mean ${mean.toFixed(1)}°, at most ${angles.reduce((a, b) => Math.max(a, b), 0).toFixed(1)}°${bounds.length === 2 ? `; a mean up to ${bounds[0]}° is good, up to ${bounds[1]}° fair` : ""}`;
     this.point();
   }
 

@@ -69,10 +69,7 @@ fn a_folder_lists_the_clips_that_are_not_good() {
         };
         assert!(line.starts_with(&format!("  {verdict}  ")), "{line}");
         let degrees = report["seen"][0]["mean_degrees"].as_f64().unwrap();
-        assert!(
-            line.contains(&format!(" {degrees:.1} degrees off in the mean")),
-            "{line}"
-        );
+        assert!(line.contains(&format!(": mean error {degrees:.1} degrees")), "{line}");
         let aspect = report["seen"][0]["aspect"].as_str().unwrap();
         assert!(line.contains(aspect), "{line}");
     }
@@ -125,7 +122,7 @@ fn the_notes_of_many_motions_name_their_files() {
             "{note}"
         );
     }
-    assert!(said.contains("\n  head 117.0 degrees off in the mean; "), "{said}");
+    assert!(said.contains("\n  head: mean error 117.0 degrees; "), "{said}");
     are_commands(&folder, &said, 2);
 }
 

@@ -107,7 +107,7 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
         &[WALK, CHARACTER, "--max-angle", "0"],
         "a.gltf",
         1,
-        "degrees off"
+        "has an error of"
     ));
     // The limbs have the same directions. The lines of the trunk belong to another body.
     let path = folder.path().join("b.gltf");

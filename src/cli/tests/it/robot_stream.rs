@@ -40,7 +40,7 @@ fn a_file_is_played_on_a_robot() {
     check_rows(&String::from_utf8(done.stdout).unwrap(), FRAMES - 1);
     assert!(said.contains("left_knee_joint"), "{said}");
     assert!(
-        said.contains("the last 0.3 s: ") && said.contains("degrees off in the mean"),
+        said.contains("the last 0.3 s: ") && said.contains("mean limb error"),
         "{said}"
     );
     for (arguments, status, reason) in [
