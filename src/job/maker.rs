@@ -428,7 +428,7 @@ fn require_motion(scene: &Scene, motion: &Path) -> Result<()> {
     match scene.animations.is_empty() {
         false => Ok(()),
         true => {
-            let error = Error::from(Diagnostic::new(Code::NoMotion, "there is no motion in it"));
+            let error = Error::from(Diagnostic::new(Code::NoMotion, "the file contains no motion"));
             Err(error.with_path(motion))
         }
     }

@@ -175,7 +175,7 @@ impl Retargeter {
     /// The clips are unchanged after an error.
     pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
         if source.scene.animations.is_empty() {
-            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+            return Err(Diagnostic::new(Code::NoMotion, "the file contains no motion").into());
         }
         let (mut moving, names) = (self.moving(source)?, self.names.clone());
         let (source, first) = (&moving.source, self.clips.len());
@@ -240,7 +240,7 @@ impl Retargeter {
         reference.put_main_clip_first();
         let source = judge.prepare(reference)?;
         if source.scene.animations.is_empty() {
-            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+            return Err(Diagnostic::new(Code::NoMotion, "the file contains no motion").into());
         }
         let moving = judge.moving(source)?;
         let Mover::Robot(mut retargeter) = moving.mover else {

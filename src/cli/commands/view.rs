@@ -353,7 +353,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
 /// Retargets a motion to a character or a robot, as `mocap retarget` and `mocap robot` do.
 fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, Failure> {
     if source.scene.animations.is_empty() {
-        let error = mocap::Error::from(Diagnostic::new(Code::NoMotion, "there is no motion in it"));
+        let error = mocap::Error::from(Diagnostic::new(Code::NoMotion, "the file contains no motion"));
         return Err(error.with_path(file).into());
     }
     let mut retargeting = body.retargeting.clone();

@@ -95,7 +95,7 @@ impl GraphBuilder {
     /// the earlier clips, [`Code::LimitExceeded`] for a motion that is too long.
     pub fn add(&mut self, file: &str, scene: &Scene) -> Result<()> {
         if scene.animations.is_empty() {
-            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+            return Err(Diagnostic::new(Code::NoMotion, "the file contains no motion").into());
         }
         if let Some(skeleton) = &self.skeleton {
             skeleton.require_same(scene)?;

@@ -32,7 +32,7 @@ impl RobotMotion {
     #[doc(hidden)]
     pub fn of_scene(robot: &Robot, scene: &Scene) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
-            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+            return Err(Diagnostic::new(Code::NoMotion, "the file contains no motion").into());
         };
         let mut motion = Self::of_clip(robot, scene, animation, DQuat::IDENTITY)?;
         if let Ok(found) = contacts_of(scene, animation, &Figure::new(scene)) {

@@ -94,7 +94,7 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
         &[CHARACTER, CHARACTER],
         "a.gltf",
         1,
-        "there is no motion in it"
+        "the file contains no motion"
     ));
     assert!(!refused(
         &[WALK, CHARACTER, "--scale", "0"],
