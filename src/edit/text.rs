@@ -64,7 +64,7 @@ pub(super) fn from_object(value: &Value) -> Result<EditStep> {
         .and_then(|map| Some((map, map.get("step")?.as_str()?)))
     else {
         return refuse(format!(
-            "a step is an object with its name in \"step\", or a text such as \"smooth:cut-off=8\", got {value}"
+            "a step is an object with its name in \"step\", or a string such as \"smooth:cut-off=8\", got {value}"
         ));
     };
     let step = named(name)?;

@@ -183,7 +183,7 @@ pub use as_text;
 
 /// A JSON value that is read as its text.
 #[derive(serde::Deserialize)]
-#[serde(untagged, expecting = "a text or a number")]
+#[serde(untagged, expecting = "a string or a number")]
 pub enum TextOrNumber {
     Text(String),
     Number(serde_json::Number),

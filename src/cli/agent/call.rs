@@ -85,7 +85,7 @@ impl Call<'_> {
         match self.arguments.get("folder") {
             None | Some(Value::Null) => listing::list(Path::new(".")),
             Some(Value::String(folder)) => listing::list(Path::new(folder)),
-            Some(_) => Err(Failure::Usage("\"folder\" must be a text".to_owned())),
+            Some(_) => Err(Failure::Usage("\"folder\" must be a string".to_owned())),
         }
     }
 

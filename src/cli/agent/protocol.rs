@@ -86,7 +86,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
     let method = match message.remove("method") {
         Some(Value::String(method)) => method,
         None if message.contains_key("result") || message.contains_key("error") => return Ok(Message::Silent),
-        _ => return Err((answered, Fault::invalid_request("\"method\" must be a text"))),
+        _ => return Err((answered, Fault::invalid_request("\"method\" must be a string"))),
     };
     let Some(id) = id else {
         return Ok(match method.as_str() {
@@ -98,7 +98,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
         });
     };
     if !id.is_string() && !id.is_i64() && !id.is_u64() {
-        let words = "\"id\" must be a text or an integer";
+        let words = "\"id\" must be a string or an integer";
         return Err((Value::Null, Fault::invalid_request(words)));
     }
     let params = message.remove("params").unwrap_or_else(|| json!({}));
@@ -113,7 +113,9 @@ pub(super) fn progress_token(params: &Value) -> Result<Option<Value>, Fault> {
     match &params["_meta"]["progressToken"] {
         Value::Null => Ok(None),
         token if token.is_string() || token.is_i64() || token.is_u64() => Ok(Some(token.clone())),
-        _ => Err(Fault::invalid_params("\"progressToken\" must be a text or an integer")),
+        _ => Err(Fault::invalid_params(
+            "\"progressToken\" must be a string or an integer",
+        )),
     }
 }
 

@@ -116,7 +116,7 @@ impl Reports {
         let pointer = match arguments.get("pointer") {
             None | Some(Value::Null) => "",
             Some(Value::String(pointer)) => pointer,
-            Some(_) => return Err("\"pointer\" must be a text".to_owned()),
+            Some(_) => return Err("\"pointer\" must be a string".to_owned()),
         };
         let uri = arguments.get("uri").cloned().unwrap_or_default();
         let resource = self.read(&json!({"uri": uri})).map_err(Fault::into_words)?;
@@ -141,7 +141,7 @@ impl Reports {
     /// The text of a resource.
     pub(super) fn read(&self, params: &Value) -> Result<Value, Fault> {
         let Some(uri) = params["uri"].as_str() else {
-            return Err(Fault::invalid_params("\"uri\" must be a text"));
+            return Err(Fault::invalid_params("\"uri\" must be a string"));
         };
         let kept = self.kept.iter().find(|report| report.uri == uri);
         let text = match (uri, kept) {

@@ -241,7 +241,7 @@ fn texts(name: &str, value: &Value) -> Result<Vec<String>, Failure> {
         Value::String(text) => Ok(text.clone()),
         Value::Number(number) => Ok(number.to_string()),
         _ => Err(Failure::Usage(format!(
-            "{name:?} must be a text or a number, or a list of them"
+            "{name:?} must be a string, a number, or a list of strings and numbers"
         ))),
     };
     match value {

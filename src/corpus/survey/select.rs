@@ -59,7 +59,7 @@ impl Serialize for SelectAmount {
 impl<'de> Deserialize<'de> for SelectAmount {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        #[serde(untagged, expecting = "a number of clips, or a text such as \"3%\"")]
+        #[serde(untagged, expecting = "a number of clips, or a string such as \"3%\"")]
         enum Stated {
             Count(usize),
             Text(String),

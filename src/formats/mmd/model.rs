@@ -257,7 +257,7 @@ impl<'a> Reader<'a> {
     }
 
     fn pass_text(&mut self) -> Result<&'a [u8], Failure> {
-        let length = self.cursor.count("bytes of a text", 1)?;
+        let length = self.cursor.count("bytes of a string", 1)?;
         self.cursor.take(length)
     }
 

@@ -174,7 +174,7 @@ impl Array {
 
     /// Strings of the dtype `<U` with a length: four bytes per character, padded with zeros. Never empty for a scalar.
     fn strings(&self) -> Result<Vec<String>> {
-        let wrong = || self.wrong("texts");
+        let wrong = || self.wrong("strings");
         let length: usize = self
             .dtype
             .strip_prefix("<U")

@@ -131,7 +131,7 @@ def test_a_wrong_value_is_told_its_argument_and_what_it_must_be(walk: Path, tmp_
         (lambda: mocap.read(walk, root_offset="ad"), ValueError, "root_offset must be 'auto', 'replace' or 'add', got 'ad'"),
         (lambda: mocap.read(walk, strict=1), TypeError, "strict must be True or False, got 1"),
         (lambda: mocap.read(3), TypeError, "path must be a path, got 3"),
-        (lambda: mocap.read(walk, clip=1.5), TypeError, "clip must be a whole number or a text, got 1.5"),
+        (lambda: mocap.read(walk, clip=1.5), TypeError, "clip must be a whole number or a string, got 1.5"),
         (lambda: mocap.convert(walk, target, max_error=walk), TypeError, "max_error must be a number, got .*PosixPath"),
         (lambda: mocap.convert(walk, target, up="x"), ValueError, "up must be 'y', 'z', '-y' or '-z', got 'x'"),
         (lambda: mocap.retarget(None, scene), TypeError, "source must be a Scene or a path, got None"),
@@ -141,7 +141,7 @@ def test_a_wrong_value_is_told_its_argument_and_what_it_must_be(walk: Path, tmp_
         (lambda: edit.loop_clip(scene, frames=[1]), TypeError, r"frames must be a pair of whole numbers, got \[1\]"),
         (lambda: edit.smooth(scene, joints="Hips"), TypeError, "joints must be a list of names, got 'Hips'"),
         (lambda: edit.smooth(scene, cut_off=-1), ValueError, "cut_off must be"),
-        (lambda: scene.plot(3), TypeError, "joints must be a text, got 3"),
+        (lambda: scene.plot(3), TypeError, "joints must be a string, got 3"),
         (lambda: mocap.PackedClip.of(scene, max_error="1mm"), TypeError, "max_error must be a number, got '1mm'"),
         (lambda: mocap.add_motions({"a": 1}, target, target), TypeError, "motions must be a dictionary, got"),
     ]:

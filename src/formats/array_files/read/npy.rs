@@ -55,7 +55,10 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
         return Ok(Npy::Objects(begin + length));
     }
     let Some(kind) = Kind::of_numpy(letters) else {
-        return Err(refused("numbers, truth values or texts", format!("the type '{descr}'")));
+        return Err(refused(
+            "numbers, truth values or strings",
+            format!("the type '{descr}'"),
+        ));
     };
     NdArray::new(
         entry,

@@ -59,7 +59,7 @@ fn refused(name: &str) -> Failure {
             format!("the pickle calls \"{name}\", but mocap runs no code from a file"),
         )
         .expected_found(
-            "dictionaries, lists, numbers, texts, arrays of NumPy and tensors of PyTorch",
+            "dictionaries, lists, numbers, strings, NumPy arrays and PyTorch tensors",
             format!("\"{name}\""),
         )
         .help("load it in Python if you trust it, and save the arrays with numpy.savez"),

@@ -306,7 +306,7 @@ impl Writer {
     }
 
     fn length(&mut self, length: usize) -> Result<()> {
-        let length = u32::try_from(length).map_err(|_| too_large("a text or an image has more than 4 GiB"))?;
+        let length = u32::try_from(length).map_err(|_| too_large("a string or an image has more than 4 GiB"))?;
         self.bytes.extend_from_slice(&length.to_le_bytes());
         Ok(())
     }

@@ -87,7 +87,7 @@ impl<'a> Tokens<'a> {
     /// A string in quotes, single or triple, with escapes.
     pub(super) fn string(&mut self) -> Result<String, Failure> {
         let quote = self.peek().filter(|byte| matches!(byte, b'"' | b'\''));
-        let quote = quote.ok_or_else(|| self.unexpected("a text in quotes"))?;
+        let quote = quote.ok_or_else(|| self.unexpected("a string in quotes"))?;
         let rest = &self.cursor.text()[self.cursor.offset()..];
         let long = [quote; 3];
         let mark: &[u8] = if rest.starts_with(&long) { &long } else { &long[..1] };
@@ -96,7 +96,7 @@ impl<'a> Tokens<'a> {
         loop {
             match rest.get(at) {
                 None => {
-                    let message = "the file ends within a text";
+                    let message = "the file ends within a string";
                     let offset = self.cursor.offset();
                     let start = self.cursor.locate(Word { bytes: mark, offset });
                     return Err(Diagnostic::new(Code::UnexpectedEnd, message).at(start).into());

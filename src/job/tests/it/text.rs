@@ -36,6 +36,6 @@ fn json_takes_texts_and_numbers() {
         serde_json::from_str::<UnitChoice>("[]")
             .unwrap_err()
             .to_string()
-            .contains("a text or a number")
+            .contains("a string or a number")
     );
 }

@@ -211,6 +211,6 @@ _KINDS: Mapping[Any, str] = {
     bool: "True or False",
     int: "a whole number",
     float: "a number",
-    str: "a text",
+    str: "a string",
     bytes: "bytes",
 }

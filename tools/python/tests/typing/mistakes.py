@@ -5,7 +5,7 @@ from mocap import edit
 
 scene = mocap.read("walk.bvh", root_offset="add")
 mocap.read("walk.bvh", root_ofset="add")  # wrong: a misspelt option
-mocap.convert("walk.bvh", "walk.glb", max_error="1mm")  # wrong: a text where metres are due
+mocap.convert("walk.bvh", "walk.glb", max_error="1mm")  # wrong: a string where metres are due
 scene.to_numpy(rot="euler-xyz")  # wrong: no word of the option
 walk, report = edit.smooth(scene, cutoff=8)  # wrong: a misspelt option of a step
 mocap.retarget(scene)  # wrong: no target
