@@ -29,7 +29,10 @@ const HEAD_OF_UNKNOWN: u64 = 4 << 10;
 pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     check_confined(folder)?;
     if !folder.is_dir() {
-        let words = format!("{}: there is no such folder; inspect describes files", folder.display());
+        let words = format!(
+            "folder not found: {}; pass a folder, or describe a file with inspect",
+            folder.display()
+        );
         return Err(Failure::Usage(words));
     }
     // Paths in the root folder have no `./` before them.

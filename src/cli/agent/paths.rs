@@ -35,9 +35,7 @@ pub(super) fn check(tool: &Tool, arguments: &Map<String, Value>) -> Result<(), F
                 Kind::Input if !names_several(path) => {
                     // A missing file among many becomes a row of the answer.
                     if count == 1 && !path.exists() {
-                        return refuse(format!(
-                            "{text}: there is no such file; list shows the files that are there"
-                        ));
+                        return refuse(format!("file not found: {text}; list shows the files of a folder"));
                     }
                 }
                 Kind::Input if OF_FOLDERS.contains(&tool.name) => {}

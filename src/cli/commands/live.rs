@@ -34,7 +34,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     // A recording cannot be repeated, so check the output first.
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-        let error = io::Error::new(ErrorKind::NotFound, "there is no such folder for the recording");
+        let error = io::Error::new(ErrorKind::NotFound, "folder not found: create it before the recording");
         return Err(Failure::Folder(folder.to_owned(), error));
     }
     let packets = Packets::of(args.source, over_at_a_signal()?, args.seconds)?;

@@ -36,7 +36,11 @@ impl Table<'_> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         // The output folder is created later.
         if let Some(folder) = folder.filter(|folder| !folder.is_dir() && !args.output.starts_with(folder)) {
-            let message = format!("{}: there is no folder {}", path.display(), folder.display());
+            let message = format!(
+                "{}: folder not found: {}; create it first",
+                path.display(),
+                folder.display()
+            );
             return Err(Failure::Usage(message));
         }
         policy.check_inputs(&path)?;

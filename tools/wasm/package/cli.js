@@ -246,7 +246,7 @@ async function main([command, ...words]) {
   // Node 18 cannot find the module by itself.
   const named = job ? [...(job.source?.inputs ?? []), ...Object.values(job.target ?? {}).map(({ file }) => file)] : words;
   const missing = named.find((file) => file !== "--" && !existsSync(file));
-  if (missing !== undefined) throw new MocapError({ code: "io", message: "there is no such file", file: missing });
+  if (missing !== undefined) throw new MocapError({ code: "io", message: "file not found", file: missing });
   const mocap = await load(readFileSync(here("mocap.wasm")));
   return job ? make(mocap, job, isJob || job.write.force) : check(mocap, words);
 }

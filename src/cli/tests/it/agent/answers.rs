@@ -242,7 +242,7 @@ fn answers_say_what_failed_and_what_is_worse_than_allowed() {
         (8, "none.bvh"),
         (9, "no motion of a humanoid"),
         (10, "nonsense"),
-        (11, "no such folder"),
+        (11, "folder not found"),
         (12, "folder"),
         (13, "mocap://steps"),
         (14, "/0"),
@@ -250,7 +250,7 @@ fn answers_say_what_failed_and_what_is_worse_than_allowed() {
         (16, "list shows the files"),
         (17, "end \\\"output\\\" with /"),
         (18, "needs \\\"character\\\""),
-        (19, "hero.vrm: there is no such file"),
+        (19, "file not found: hero.vrm"),
         (20, "there is no folder new"),
     ];
     for (index, word) in words {
