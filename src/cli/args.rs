@@ -183,7 +183,7 @@ pub(crate) struct ConvertArgs {
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

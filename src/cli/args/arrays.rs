@@ -26,7 +26,7 @@ pub(crate) struct FkArgs {
     /// kimodo, soma or mhr (.npz), humanml3d (.npy)
     #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet", "amass", "smplx", "kimodo", "soma", "mhr", "humanml3d"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -54,7 +54,7 @@ pub(crate) struct AnglesArgs {
     /// Format of standard output [default: csv]
     #[arg(long, value_name = "FORMAT", value_parser = ["mot", "csv"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -78,7 +78,7 @@ pub(crate) struct SeriesArgs {
     /// Format of standard output [default: csv]
     #[arg(long, value_name = "FORMAT", value_parser = ["mot", "sto", "csv", "parquet"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -128,7 +128,7 @@ pub(crate) struct PackArgs {
     /// Size of one Parquet file, in megabytes of uncompressed values
     #[arg(long, value_name = "MB", default_value = "256")]
     pub(crate) part_size: u32,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

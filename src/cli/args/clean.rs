@@ -21,7 +21,7 @@ pub(crate) struct CleanArgs {
     /// Write a JSON report: the changes of each part, and measures before and after
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long, conflicts_with = "report")]
     pub(crate) json: bool,
     #[command(flatten)]

@@ -86,7 +86,7 @@ pub(crate) struct WalkArgs {
     /// Retarget the walk to this character: a glTF, VRM, FBX or BVH file
     #[arg(long = "character", alias = "on", value_name = "TARGET")]
     pub(crate) on: Option<PathBuf>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

@@ -23,7 +23,7 @@ pub(crate) struct RecordArgs {
     /// Clean the recording, as `mocap clean` does, before writing it
     #[arg(long)]
     pub(crate) clean: bool,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub(crate) struct PlayArgs {
     /// Delay of a stream in seconds, from 0 to 10. A longer delay removes more noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long, conflicts_with = "robot")]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -89,7 +89,7 @@ pub(crate) struct BridgeArgs {
     /// Delay in seconds, from 0 to 10. A longer delay removes more noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -21,7 +21,7 @@ pub(crate) struct ViewArgs {
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["html"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -92,7 +92,7 @@ pub(crate) struct PictureArgs {
     /// Format of standard output [default: png]
     #[arg(long, value_name = "FORMAT", value_parser = ["png", "svg"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -137,7 +137,7 @@ pub(crate) struct GifArgs {
     /// Format of standard output [default: gif]
     #[arg(long, value_name = "FORMAT", value_parser = ["gif", "apng", "png"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

@@ -13,7 +13,7 @@ pub(crate) struct RunArgs {
     /// output is a folder, each motion gets one output, and inputs may be folders and wildcards
     #[arg(required_unless_present = "schema", value_name = "INPUT")]
     pub(crate) job: Option<PathBuf>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     /// Print the JSON Schema of a job

@@ -25,7 +25,7 @@ pub(crate) struct IndexArgs {
     /// Format of standard output
     #[arg(long, value_name = "FORMAT", value_parser = ["mdb"])]
     pub(crate) to: Option<String>,
-    /// Print what was done as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     /// Also add the mirror image of every motion, for motion matching. `mocap find` does not need mirror images
