@@ -158,7 +158,8 @@ impl BlendWeight {
                 if !increase || !points.iter().all(|(time, _)| time.is_finite() && *time >= 0.0) {
                     let times: Vec<f64> = points.iter().map(|(time, _)| *time).collect();
                     return refuse(format!(
-                        "the times of a curve of weights must be finite, not negative, and increase, got {times:?}"
+                        "the times of a curve of weights must be finite, at least 0, and in increasing order, \
+                         got {times:?}"
                     ));
                 }
                 Ok(())

@@ -123,7 +123,7 @@ impl Warp {
     pub(crate) const DOCS: StepDocs = StepDocs {
         step: "Makes parts of a motion faster or slower, or bends its path over the ground.",
         keys: &[
-            "Pairs of a time in the motion and its new time, in seconds, both increasing. The start stays.",
+            "Pairs of a time in the motion and its new time, in seconds, both increasing. The start does not change.",
             "The factor of the speed of the whole motion, above 0.",
             "Points over the ground through which the figure passes, in metres, each with or without its time.",
             "The facing of the figure: along the path, or as before. Default: along.",
@@ -135,7 +135,7 @@ impl crate::step::sealed::Sealed for Warp {}
 
 impl Step for Warp {
     const NAME: &'static str = "warp";
-    const HELP: &'static str = "move moments, or change the speed, or bend the path over the ground to points";
+    const HELP: &'static str = "move times, or change the speed, or bend the path over the ground to points";
     const KEYS: &'static [StepKey] = &[
         StepKey::new("moments", ValueKind::Moments),
         StepKey::new("speed", ValueKind::Factor),

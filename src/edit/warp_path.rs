@@ -183,7 +183,7 @@ fn check(points: &[PathPoint]) -> Result<()> {
     } else if !times.is_empty() && times.len() < points.len() {
         refuse("either all points of a path have a time, or none")
     } else if !times.iter().all(|time| (0.0..1e9).contains(time)) || times.windows(2).any(|pair| pair[0] >= pair[1]) {
-        refuse("the times of a path must be finite, not negative, and increase")
+        refuse("the times of a path must be finite, at least 0, and in increasing order")
     } else {
         Ok(())
     }

@@ -41,7 +41,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
         .windows(2)
         .all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1);
     if !increase || !moments.iter().all(|(from, to)| is_time(*from) && is_time(*to)) {
-        let message = "the times of a warp must be finite, not negative, and increase";
+        let message = "the times of a warp must be finite, at least 0, and in increasing order";
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         let found = format!("{moments:?}");
         return Err(diagnostic.expected_found("pairs of times in seconds", found).into());

@@ -324,18 +324,18 @@ impl fmt::Display for SmoothingOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(depth) = self.depth {
             let comma = if self.rotations + self.positions > 0 { ", " } else { "" };
-            write!(f, "depth with noise of {} smoothed{comma}", centimetres(depth))?;
+            write!(f, "depth smoothed (noise {}){comma}", centimetres(depth))?;
         }
         if self.rotations > 0 {
             let noise = degrees(self.angle);
-            write!(f, "{} with noise of {noise} smoothed", counted(self.rotations, "joint"))?;
+            write!(f, "{} smoothed (noise {noise})", counted(self.rotations, "joint"))?;
         }
         if self.positions > 0 {
             let comma = if self.rotations > 0 { ", " } else { "" };
             let noise = centimetres(self.distance);
             write!(
                 f,
-                "{comma}{} with noise of {noise} at most smoothed",
+                "{comma}{} smoothed (noise at most {noise})",
                 counted(self.positions, "position")
             )?;
         }

@@ -148,11 +148,11 @@ fn points_that_cannot_be_are_refused() {
         ),
         (
             vec![point(1.0, 0.0, 0.0), point(1.0, 1.0, 0.0)],
-            "the times of a path must be finite, not negative, and increase",
+            "the times of a path must be finite, at least 0, and in increasing order",
         ),
         (
             vec![point(-1.0, 0.0, 0.0)],
-            "the times of a path must be finite, not negative, and increase",
+            "the times of a path must be finite, at least 0, and in increasing order",
         ),
         (
             vec![

@@ -283,7 +283,7 @@ fn a_weight_may_change_over_time() {
         (BlendWeight::from(f64::NAN), "weight must be from 0 to 1, got NaN"),
         (
             curve(&[(1.0, 0.0), (1.0, 1.0)]),
-            "the times of a curve of weights must be finite, not negative, and increase, got [1.0, 1.0]",
+            "the times of a curve of weights must be finite, at least 0, and in increasing order, got [1.0, 1.0]",
         ),
     ] {
         let mut scene = first.clone();
