@@ -160,7 +160,7 @@ pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)
         return Guess {
             value: unit,
             confidence: Confidence::Sure,
-            reason: format!("{}, and the joint names are those of {name}", measured(unit)),
+            reason: format!("{}, and the joint names match {name}", measured(unit)),
         };
     }
     let known = [

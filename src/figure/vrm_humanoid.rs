@@ -59,7 +59,7 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
         let message = "a VRM animation needs metres with +Y up, but the scene does not state this unit and axis";
         return Err(Diagnostic::new(Code::UnknownUnit, message)
-            .help("convert the scene before: Conversion::new().apply(&mut scene)")
+            .help("convert the scene first: Conversion::new().apply(&mut scene)")
             .into());
     }
     let known = with_feet(scene, known.unwrap_or_else(|| Humanoid::of(scene)));

@@ -10,8 +10,9 @@ use crate::ROOT;
 
 const INTRODUCTION: &str = "# Weights
 
-The solvers of mocap balance several goals, and separate noise from motion. A weight sets such a balance or threshold.
-The tables have each weight with its unit, its default, and the reason for the default:
+The solvers of mocap balance several goals, and separate noise from motion. A weight sets the balance between goals, or
+a threshold between noise and motion. The tables have each weight with its unit, its default, and the reason for the
+default:
 
 - foot lock and markers: below
 - [robots](weights-robots.md)
@@ -30,7 +31,7 @@ into a JSON file, and pass it with `--weights`:
 | job | the same object as `weights` |
 | Python | `convert`, `retarget`, `add_motions` and `Robot.retarget` |
 | Rust | the options of each solver have a field for its struct |
-| steps `foot-lock` and `clean` | their own, also in Python and JavaScript: `foot-lock:weights=acceleration-ratio:1.2` |
+| steps `foot-lock` and `clean` | the option `weights` of the step, also in Python and JavaScript: `foot-lock:weights=acceleration-ratio:1.2` |
 
 Outputs record the weights of steps, so that `mocap verify` repeats them. Pass `verify` the file of weights if a
 skeleton was solved from markers.
@@ -61,7 +62,7 @@ fn pages() -> [(&'static str, String); 3] {
         text
     });
     let own = |solver: &str, table: &str| {
-        format!("# Weights of {solver}\n\n[Weights](weights.md) says how to change them.\n{table}")
+        format!("# Weights of {solver}\n\n[Weights](weights.md) describes how to change them.\n{table}")
     };
     [
         ("weights", format!("{INTRODUCTION}{foot_lock}{markers}")),

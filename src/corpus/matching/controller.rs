@@ -105,7 +105,7 @@ impl Controller {
         let invalid = |message: String| Diagnostic::new(Code::InvalidValue, message);
         if moves.frames.len() != database.frames() || moves.frames.is_empty() {
             let message = "the moves do not belong to the frames of the database".to_owned();
-            let found = format!("those of {}", moves.frames.len());
+            let found = format!("the poses of {}", moves.frames.len());
             return Err(invalid(message)
                 .expected_found(format!("the poses of {} frames, 1 or more", database.frames()), found)
                 .into());

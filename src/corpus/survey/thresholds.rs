@@ -102,8 +102,8 @@ kinds! {
     Property NoSupport "no-support" "s" 0.6 1.5 true "an object that is not in the file carries the body, such as stairs or a chair"
     Property Treadmill "treadmill" "s" 0.5 4.0 true "the legs walk, and the body stays in place"
     Property ClippedEnd "clipped-end" "cm" 12.0 25.0 true "the clip begins or ends in the air"
-    Property OddUnit "odd-unit" "times" 1.5 3.0 false "the file's unit differs from that of other files with the same skeleton and format"
-    Property OddAxis "odd-axis" "degrees" 45.0 45.0 false "the up axis differs from that of other files with the same skeleton and format"
+    Property OddUnit "odd-unit" "times" 1.5 3.0 false "the file's unit differs from the unit of other files with the same skeleton and format"
+    Property OddAxis "odd-axis" "degrees" 45.0 45.0 false "the up axis differs from the up axis of other files with the same skeleton and format"
 }
 
 impl DefectKind {

@@ -46,8 +46,8 @@ weights! {
             "Time constant in which the weight of an ankle changes between air and ground: a fifth of the swing of a \
             walk, which takes 0.4 s.";
         held_distance = 0.1, "m",
-            "Largest distance between a foot in stance and the source's foot: less than half a foot. Beyond it, the \
-            source has walked on.";
+            "Largest distance between a foot in stance and the source's foot: less than half a foot. At a larger \
+            distance, the source has already left the place of the contact.";
         return_time = 0.12, "s",
             "Time constant in which a foot that leaves the ground returns to the source's foot: a third of the swing \
             of a walk, which takes 0.4 s.";

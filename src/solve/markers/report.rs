@@ -119,7 +119,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
                 take.landmarks.len(),
                 take.landmarks.len() + take.unknown.len()
             ),
-            (Some(set), _) => format!("the labels are those of {set}"),
+            (Some(set), _) => format!("the labels match the set {set}"),
             _ => "the labels are known individually, but match no known set".to_owned(),
         },
         confidence: Some(match (take.set, take.guess) {

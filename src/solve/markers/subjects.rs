@@ -53,7 +53,7 @@ pub(super) fn chosen<'l>(
                 format!("labels such as {asked}:LASI"),
                 match names.as_slice() {
                     [] => "labels without the name of a subject before a colon".to_owned(),
-                    names => format!("those of {}", names.join(", ")),
+                    names => format!("labels of {}", names.join(", ")),
                 },
             )
             .help("the labels of a file: mocap info FILE")

@@ -53,7 +53,7 @@ weights! {
             "Ratio of distances below which two labels are exchanged. The exchanged label must be clearly nearer, so \
             that markers that pass each other keep their labels.";
         ghost = 0.08, "m",
-            "Distance from its expected position above which a marker is a reflection, or belongs to another object: \
-            twice as far as skin slides.";
+            "Largest distance between a marker and its expected position. A marker farther away is a reflection, or \
+            belongs to another object. Skin slides at most half as far.";
     }
 }

@@ -255,7 +255,7 @@ fn of_two_people_one_is_solved_and_the_other_by_name() {
     );
     let refused = of("auto:Carl").unwrap_err().to_string();
     assert!(
-        refused.contains("\"Carl\"") && refused.contains("those of Anna, Bert"),
+        refused.contains("\"Carl\"") && refused.contains("labels of Anna, Bert"),
         "{refused}"
     );
 }
