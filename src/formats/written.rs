@@ -277,6 +277,6 @@ pub(super) fn unit_warning(scene: &Scene, format: &str) -> Option<Diagnostic> {
         Some(metres) => format!("{format} is in metres, but the scene is in units of {metres} m"),
         None => format!("{format} is in metres, but the unit of the scene is not stated"),
     };
-    let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+    let help = "convert the scene first: Conversion::new().apply(&mut scene)";
     Some(Diagnostic::new(Code::UnknownUnit, message).help(help))
 }

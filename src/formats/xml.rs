@@ -18,7 +18,7 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     if is_binary(&text) {
         let message = "the file is binary, not XML";
         return Err(Box::new(Diagnostic::new(Code::BinaryFile, message).help(
-            "check that the file is what its name says, and that it is not compressed",
+            "check that the extension matches the contents of the file, and that it is not compressed",
         )));
     }
     Ok(without_undeclared_prefixes(without_late_declaration(decode_name(

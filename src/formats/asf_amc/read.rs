@@ -41,7 +41,7 @@ fn read_pair(source: &Source<'_>, text: &[u8], options: &ReadOptions) -> Result<
     if is_binary(text) {
         return Err(
             Diagnostic::new(Code::BinaryFile, "the file is binary, not an .amc file")
-                .help("check that the file is what its name says, and that it is not compressed")
+                .help("check that the extension matches the contents of the file, and that it is not compressed")
                 .into(),
         );
     }

@@ -116,7 +116,7 @@ fn not_a_c3d(found: String) -> Failure {
                 "a block number, the byte 0x50, and processor 84, 85 or 86 in that block",
                 found,
             )
-            .help("check that the file is what its name says, and that it is not compressed"),
+            .help("check that the extension matches the contents of the file, and that it is not compressed"),
     )
 }
 

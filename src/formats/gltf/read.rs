@@ -204,7 +204,9 @@ fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
     if curves > 0 {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Interpolation,
-            choice: format!("{curves} tracks of cubic curves were sampled, within {CURVE_ERROR:e} of their size"),
+            choice: format!(
+                "{curves} cubic spline tracks were sampled, with a relative error of at most {CURVE_ERROR:e}"
+            ),
             reason: "a scene interpolates linearly between keys".to_owned(),
             confidence: None,
         });

@@ -91,7 +91,7 @@ fn for_usual_models() -> Diagnostic {
     let arms = generic::ARMS;
     let message = format!(
         "a VMD has no skeleton, so the motion is for the usual MMD bones with arms lowered by {arms} degrees: limb \
-            directions are kept, but joint positions are those of a body with usual proportions"
+            directions are kept, but joint positions assume a body with usual proportions"
     );
     Diagnostic::new(Code::Unrepresentable, message)
         .help("write it for a specific model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")

@@ -139,7 +139,9 @@ fn check_end(layer: &Layer, warnings: &mut Warnings) {
                 "the motion continues after the end that the file states",
             )
             .expected_found(format!("time codes up to endTimeCode, {end}"), last.to_string())
-            .help("all time codes were read; other programs stop at endTimeCode: correct it")
+            .help(
+                "mocap read all time codes; other programs stop at endTimeCode. Set endTimeCode to the last time code",
+            )
         });
     }
 }

@@ -175,7 +175,7 @@ impl<'a> Stage<'a> {
             UpAxis::Z => "Z",
             _ => {
                 let message = "USD has +Y or +Z up, but the scene has another up axis";
-                let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+                let help = "convert the scene first: Conversion::new().apply(&mut scene)";
                 return Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into());
             }
         };

@@ -184,7 +184,7 @@ impl Regressor {
                 Box::new(
                     Diagnostic::new(Code::MissingKeyword, message)
                         .expected_found("v_template and J_regressor", entries.describe())
-                        .help("name an SMPL, SMPL-H or SMPL-X model, or a file with a figure"),
+                        .help("pass an SMPL, SMPL-H or SMPL-X model, or a file with a humanoid skeleton"),
                 )
             })
         };

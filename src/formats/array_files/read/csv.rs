@@ -98,7 +98,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     records.next(&mut cells);
     if !cells.iter().take(expected.len()).eq(&expected) {
         let found = cells.join(",");
-        let error = refused(records.line, "the columns differ from those of mocap fk");
+        let error = refused(records.line, "the columns differ from the columns that mocap fk writes");
         return Err(Box::new(
             error.expected_found(format!("{}, ...", expected.join(",")), found),
         ));

@@ -230,8 +230,8 @@ fn increasing(ticks: Vec<f64>, warnings: &mut Warnings) -> Vec<f64> {
         (true, _) => whole,
         (false, true) => ticks,
         (false, false) => {
-            let message = "the times of the frames do not increase; the frames were read in the order of the file, \
-                           with even steps";
+            let message = "the times of the frames do not increase; mocap read the frames in file order and spaced \
+                           them evenly";
             warnings.push(Code::ClockJump, || Diagnostic::new(Code::ClockJump, message));
             (0..ticks.len()).map(|frame| frame as f64).collect()
         }

@@ -26,9 +26,8 @@ pub(super) const TABLE: &str = "rows";
 
 /// The help if arrays are not a motion.
 const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \
-                     GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), those of mocap fk, one \
-                     array \
-                     of positions (frames, joints, 3), or one of 69, 263 or 322 numbers a frame";
+                     GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), the arrays of mocap fk, \
+                     one array of positions (frames, joints, 3), or one of 69, 263 or 322 numbers a frame";
 
 /// The scene of a file's arrays.
 pub(super) fn scene(

@@ -72,7 +72,7 @@ fn not_a_bvh(cursor: &Cursor<'_>) -> Diagnostic {
     Diagnostic::new(Code::MissingKeyword, "a BVH file begins with HIERARCHY")
         .at(cursor.locate(word))
         .expected_found("HIERARCHY", quote(word.bytes))
-        .help("check that the file is what its name says; exporters write HIERARCHY as the first word")
+        .help("check that the extension matches the contents of the file; exporters write HIERARCHY as the first word")
 }
 
 /// Reads everything from the first ROOT to MOTION or the end of the text.

@@ -24,7 +24,7 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
         let head = &bytes[..bytes.len().min(FBX_HEAD.len())];
         return Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
             .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", quote(head))
-            .help("check that the file is what its name says, and that it is not compressed");
+            .help("check that the extension matches the contents of the file, and that it is not compressed");
     }
     let cut_off = match bytes.starts_with(FBX_HEAD) {
         true => cut_off_binary(bytes),

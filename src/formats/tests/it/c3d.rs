@@ -324,7 +324,7 @@ fn broken_files_are_refused_with_their_message() {
     let read = |bytes: &[u8]| Importer::new().format(mocap::Format::C3d).read(bytes, "a.c3d");
     let labels = SAMPLE.bytes().windows(6).position(|six| six == b"LABELS").unwrap() + 10;
     let cut_off = "help: the file is cut off: export or download it again";
-    let help = "help: check that the file is what its name says, and that it is not compressed";
+    let help = "help: check that the extension matches the contents of the file, and that it is not compressed";
     let expected = "expected a block number, the byte 0x50, and processor 84, 85 or 86 in that block";
     for (bytes, message) in [
         (Vec::new(), "the file is empty".to_owned()),

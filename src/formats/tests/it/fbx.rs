@@ -270,8 +270,8 @@ fn broken_files_are_refused_with_their_message() {
         (
             &b"1, 2, 3\n".repeat(100),
             "tiny.fbx: error[invalid-fbx]: the file is not FBX; expected \"Kaydara FBX Binary\" or \"; FBX\" at its \
-             beginning; found \"1, 2, 3\\n1, 2, 3\\n1,\"; help: check that the file is what its name says, and that it is not \
-             compressed",
+             beginning; found \"1, 2, 3\\n1, 2, 3\\n1,\"; help: check that the extension matches the contents of the file, and that it is \
+             not compressed",
         ),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), message);

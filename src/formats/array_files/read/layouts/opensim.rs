@@ -97,7 +97,7 @@ fn frame_rate(columns: &Columns, options: &ReadOptions, warnings: &mut Warnings)
             let message = format!("the time steps of the rows vary, first at frame {row}: the motion is uneven there");
             Diagnostic::new(Code::FrameTime, message)
                 .expected_found(
-                    format!("{} s from row to row, as in the mean", 1.0 / rate),
+                    format!("{} s from row to row, the mean", 1.0 / rate),
                     format!("{} s", columns.times[row] - columns.times[row - 1]),
                 )
                 .help("write it with even time steps: rows were read as evenly spaced")
