@@ -35,7 +35,8 @@ pub(crate) fn starter() -> Result<Vec<OsString>, Failure> {
     match GIVEN.get() {
         Some(given) => Ok(given.starter.clone()),
         None => {
-            let lost = |error: io::Error| format!("the program does not find itself, to run calls: {error}");
+            let lost =
+                |error: io::Error| format!("cannot find the mocap executable, which is needed to run calls: {error}");
             let program = std::env::current_exe().map_err(|error| Failure::Usage(lost(error)))?;
             Ok(vec![program.into()])
         }

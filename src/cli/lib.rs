@@ -59,7 +59,9 @@ impl Failure {
             Self::Usage(message) => message,
             Self::Output(error) => error.to_string(),
             Self::Folder(folder, error) => format!("{}: {error}", folder.display()),
-            Self::Told | Self::Some => "the file could not be made".to_owned(),
+            Self::Told | Self::Some => {
+                "the output could not be written; the printed messages state the reason".to_owned()
+            }
         }
     }
 }

@@ -97,7 +97,7 @@ impl fmt::Display for GraphReport {
         let (transitions, clips) = (counted(self.transitions, "transition"), counted(self.clips, "clip"));
         write!(
             f,
-            "{transitions} among {clips}; {:.1} of {:.1} s kept: from each kept moment, a walk reaches all others",
+            "{transitions} among {clips}; {:.1} of {:.1} s kept: from each kept frame, a walk reaches all others",
             self.kept_seconds, self.seconds
         )
     }

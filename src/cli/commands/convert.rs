@@ -47,7 +47,7 @@ fn job_and_format(args: &ConvertArgs, given: &ArgumentSources) -> Result<(Motion
 
 /// The input, the output and its format, for a single output.
 fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
-    let why = "it is for many files, which need an output folder: -o FOLDER";
+    let why = "this option works only with an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty", "resume"], why)?;
     let is_layout = given.has("to") && args.batch.to.is_layout();
     if args.paths.len() == 2 && !streams::is_unnamed(&args.paths[1]) && !is_layout {

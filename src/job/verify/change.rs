@@ -267,7 +267,7 @@ impl Change {
     pub(super) fn finding(&self) -> Option<Finding> {
         let message = || {
             format!(
-                "lengths in the file are {:.6} times those in its source; no two units have this ratio",
+                "lengths in the file are {:.6} times the lengths in its source; no two units have this ratio",
                 self.metres_per_unit
             )
         };

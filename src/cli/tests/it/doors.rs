@@ -160,7 +160,7 @@ fn by_call(scene: &Scene, row: &Row) -> Cell {
     let path = Path::new(&row.output);
     let extension = path.extension().unwrap().to_str().unwrap();
     let Some(format) = FormatInfo::of_output(path) else {
-        return Some(format!("it takes {}", FormatInfo::written_extensions()));
+        return Some(format!("the writer accepts {}", FormatInfo::written_extensions()));
     };
     let (mut exporter, mut option) = (Exporter::new(), None);
     let mut scene = scene.clone();
@@ -237,12 +237,14 @@ const HEAD: &str = "# Commands and languages by output format
 The first table shows which commands and calls write which outputs. A number refers to the message of a refusal.
 `MOCAP_WRITE=1 cargo test --features meshopt --test it doors` runs each cell, and writes this page.
 
-Each cell with yes is also a job. The job that `--print-job` prints gives the same bytes in every language:
+Each combination marked \"yes\" can also run as a job. The job that `--print-job` prints gives the same bytes in every
+language:
 
 - `mocap run`, `mocap.run` in Python and `mocap_run` in C read files.
 - `run` in JavaScript has the files in memory.
 
-Python's `mocap.convert` writes what `convert` writes. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
+Python's `mocap.convert` writes the same formats as the command `convert`. `--compress meshopt` and `meshopt-khr` need
+the feature `meshopt`.
 
 ";
 
@@ -337,10 +339,10 @@ const DECLARED: [&str; 4] = [
 
 /// The table of [`CALLS`].
 fn calls() -> String {
-    let mut text = "\n## Commands elsewhere\n\n\
-        These calls do the work of a command in other languages. A job, which `run` does, has the options of `convert`,\n\
-        `retarget`, `robot`, `edit`, `clean`, surveys and graphs. Motions that a job reads with `joints` or `markers` are\n\
-        solved. The library has everything.\n\n\
+    let mut text = "\n## Commands in other languages\n\n\
+        These calls do the work of a command in other languages. `run` executes a job. A job has the options of `convert`,\n\
+        `retarget`, `robot`, `edit`, `clean`, surveys and graphs. If a job reads a file with the option `joints` or `markers`,\n\
+        it computes a skeleton, like `mocap solve`. The Rust library has all of these functions.\n\n\
         | command | Python | C and C++ | JavaScript | agents |\n|---|---|---|---|---|\n"
         .to_owned();
     for (command, cells) in CALLS {

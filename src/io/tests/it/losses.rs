@@ -337,10 +337,11 @@ fn the_table_of_losses_is_that_of_the_rows() {
     let rows = written();
     let mut text = String::from(
         "# What each format keeps\n\n\
-         The input may contain data that the output format cannot store. mocap counts each kind of lost data in a\n\
-         warning, `not-carried-over`. Kinds with a remedy have a warning each. With `--strict`, the warning is an error. All losses are also listed as `losses` in:\n\n\
+         The input may contain data that the output format cannot store. mocap counts each kind of lost data in a warning,\n\
+         `not-carried-over`. Some losses can be avoided. For each of these kinds, a separate warning names the remedy. With\n\
+         `--strict`, each of these warnings is an error. All losses are also listed as `losses` in:\n\n\
          - the report of a job\n\
-         - the record inside glTF, VRM animations, FBX and USD\n\
+         - the provenance record in glTF, VRM animation, FBX and USD files\n\
          - the `.json` file of a BVH, written with `--sidecar`\n\n\
          The table has these values:\n\n\
          | value | meaning |\n\
@@ -354,7 +355,7 @@ fn the_table_of_losses_is_that_of_the_rows() {
          | one rate | All clips in the file have the same frame rate. |\n\
          | root only | The hips and their ancestors keep the data. Their descendants lose it. |\n\
          | morph curves | Curves of morph targets are kept. Expressions of a motion on a VRM character become such curves. Other expressions are lost. |\n\n\
-         A binary FBX character that you write as FBX [stays that file](fbx.md#characters-in-fbx): only its clips change.\n\n\
+         If you write a binary FBX character as FBX, mocap [keeps the file](fbx.md#characters-in-fbx) and changes only its clips.\n\n\
          MMD always has 30 frames a second.\n\n\
          `MOCAP_WRITE=1 cargo test -p mocap-io losses` writes the table. A test writes each kind of data in each format.\n\n\
          | data |",
