@@ -101,7 +101,7 @@ def off_median(degrees):
 
 
 def across(turns, direction):
-    """An axis of the bone's own frame, in the world, that is at right angles to the bone in the median."""
+    """An axis of the bone's own frame, in the world, whose median angle to the bone is a right angle."""
     local = unit(np.median(np.einsum("tji,tj->ti", turns, direction), 0))
     axis = np.cross(local, np.eye(3)[np.argmin(np.abs(local))])
     return np.einsum("tij,j->ti", turns, axis)

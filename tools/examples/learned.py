@@ -11,7 +11,7 @@ EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "examples/learned"
 sys.path.insert(0, str(EXAMPLE))
 # Steps of the short training; bytes of the committed network.
 STEPS, MOST_BYTES = 40, 3_000_000
-# Of the committed network on each path: cm off it in the mean and at most, slide of the lower toe in cm/s.
+# Of the committed network on each path: mean and largest distance from it in cm, slide of the lower toe in cm/s.
 MEAN_OFF, MOST_OFF, MOST_SLIDE = 15.0, 50.0, 30.0
 
 

@@ -222,7 +222,7 @@ def judge_walk(mocap, files, folder, threshold, seconds, seed):
     clips = [bvh.read(file) for file in files]
     source = np.concatenate([slide(clip, clip.positions() * METRES) for clip in clips])
     value = 100 * own.mean()
-    print(f"     slide of feet in contact: {value:.2f} cm/s in the mean; in the sources {100 * source.mean():.2f}")
+    print(f"     slide of feet in contact: {value:.2f} cm/s on average; in the sources {100 * source.mean():.2f}")
     hold("slide in cm/s", f"{value:.2f}", "1", value <= 1.0)
 
 
@@ -297,7 +297,7 @@ def judge_paths(mocap, files, folder):
         cross, dot = own[:, 0] * wanted[:, 1] - own[:, 1] * wanted[:, 0], (own * wanted).sum(1)
         turn = np.abs(np.degrees(np.arctan2(cross, dot)))
         values = np.mean(apart), np.max(apart), np.mean(turn), np.max(turn)
-        text = "{:.3f} m in the mean, {:.3f} at most, {:.1f} degrees, {:.1f}".format(*values)
+        text = "{:.3f} m on average, {:.3f} at most, {:.1f} degrees, {:.1f}".format(*values)
         is_near = values[1] <= 0.10 and values[3] <= 10
         hold(f"{name}: {text}", f"{along[-1]:.2f} of {lengths[-1]:.2f} m", "10 cm, 10 degrees" if is_held else "said", is_near or not is_held)
         stated = json.loads(said)["path"]

@@ -87,7 +87,7 @@ def main():
             off = np.linalg.norm(places[side + ours] - truth[side[0] + theirs], axis=1)
             errors.append(off)
             mean = (places[side + ours] - truth[side[0] + theirs]).mean(0) * 1000
-            print(f"{side + ours:32} {np.median(off) * 1000:8.1f} mm in the median, {mean.round()} in the mean")
+            print(f"{side + ours:32} {np.median(off) * 1000:8.1f} mm median, {mean.round()} mean")
     hold("joint centres, median", np.median(np.concatenate(errors)) * 1000, CENTRES * 1000, "mm", is_held=False)
     hold("markers, RMS, as mocap says", float(said.split("residual ")[1].split(" mm")[0]), MARKERS, "mm")
     for name, ours, theirs in (
@@ -98,7 +98,7 @@ def main():
             mine = angle(*(places[side + joint] for joint in ours))
             other = angle(*(truth[side[0] + bone] for bone in theirs))
             hold(f"{side}{name}, RMS", np.sqrt(np.mean((mine - other) ** 2)), ANGLES, "degrees")
-            print(f"{'':32} {(mine - other).mean():8.2f} degrees in the mean, {(mine - other).std():.2f} about it")
+            print(f"{'':32} {(mine - other).mean():8.2f} degrees mean, {(mine - other).std():.2f} about it")
     steps = turned(motion.turns)
     worst = int(np.argmax(steps))
     hold(f"fastest: {motion.names[worst]}", steps[worst], FLIP, "degrees in a frame")

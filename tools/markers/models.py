@@ -133,7 +133,7 @@ def main():
             positions = dict(zip(solved.names, solved.positions().transpose(1, 0, 2)))
             for body, track in centres.items():
                 joint = ("right" if body.endswith("_r") else "left") + CENTRES[body[:-2]]
-                print(f"  {joint:14} {np.median(np.linalg.norm(positions[joint] - track, axis=1)) * 1000:6.1f} mm in the median")
+                print(f"  {joint:14} {np.median(np.linalg.norm(positions[joint] - track, axis=1)) * 1000:6.1f} mm median")
     print(f"worst of hips, knees and ankles: {most:.2f} degrees, wanted {ANGLES}")
     if given.hold and most > ANGLES:
         sys.exit("an angle is too far off")

@@ -145,7 +145,7 @@ def main():
         for side in ("left", "right"):
             off = places[side + ours] - truth[side.capitalize() + theirs]
             errors[side + ours] = np.linalg.norm(off, axis=1)
-            print(f"{side + ours:24} {np.median(errors[side + ours]) * 1000:7.1f} mm in the median")
+            print(f"{side + ours:24} {np.median(errors[side + ours]) * 1000:7.1f} mm median")
     centres = np.median(np.concatenate(list(errors.values())))
     angles = []
     for joints in (("UpperLeg", "LowerLeg", "Foot"), ("UpperArm", "LowerArm", "Hand")):
@@ -168,7 +168,7 @@ def main():
         ]
         named += bool(hit)
     false = said.count("swapped-markers")
-    print(f"centres {centres * 1000:.1f} mm in the median, wanted {CENTRES * 1000:.0f}")
+    print(f"centres {centres * 1000:.1f} mm median, wanted {CENTRES * 1000:.0f}")
     print(f"angles {max(angles):.2f} degrees RMS at most, wanted {ANGLES}")
     print(f"swaps named {named} of {len(swaps)}; {false} warnings of swaps")
     if given.hold and not named == len(swaps):

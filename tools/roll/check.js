@@ -22,7 +22,7 @@ const CHARACTERS = ["human_default", "human_cmu", "human_vrm1", "human_game_engi
 const FRAMES = 150;
 /** Roll or trunk farther off than this, in degrees, with another verdict than poor: silently wrong. */
 const SILENT = 30;
-/** The largest difference in a law, in degrees in the mean. */
+/** The largest mean difference in a law, in degrees. */
 const LAW = 2;
 /** Of a run that breaks a law, so many bones are named, the worst first. */
 const WORST = 6;
@@ -134,7 +134,7 @@ function isGuessed(bone, guessed) {
 /** Judges whether other files of a motion come to the same motion of a character. */
 function law(name, runs) {
   if (!isChosen(name)) return;
-  console.log(`\n${name}: bones that differ by more than ${LAW} degrees in the mean`);
+  console.log(`\n${name}: bones with a mean difference above ${LAW} degrees`);
   const counts = { name, runs: 0, held: 0, beyond: 0 };
   for (const { label, whole, motion, path, first } of runs()) {
     const one = retarget(whole.path, chosen, whole.poses.length, whole.seconds, "free");
@@ -293,7 +293,7 @@ function palmDown(bone) {
 /** A motion whose rotations are the identity in the T-pose: each bone of a character in T-pose has the same rotation. */
 function truth() {
   if (!isChosen("truth")) return;
-  console.log("\ntruth                                                      worst bone in the mean, degrees");
+  console.log("\ntruth                                                      worst mean of a bone, degrees");
   const counts = { name: "truth", runs: 0, held: 0, beyond: 0 };
   for (const { label, text, poses, seconds, bones } of soma(turnedAtRandom, alongX)) {
     const rows = rowsOf({ poses });

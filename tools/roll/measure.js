@@ -84,7 +84,7 @@ function headingBetween(from, to) {
   return aboutAxis(UP, Math.atan2(sine, cosine));
 }
 
-/** The angle of a mean of weighted angles in degrees, and how far they are from it in the mean. */
+/** The mean of weighted angles in degrees, and their mean deviation from it. */
 function meanOf(samples) {
   const sum = (of) => samples.reduce((total, [value, weight]) => total + weight * of((value * Math.PI) / 180), 0);
   const mean = degrees(Math.atan2(sum(Math.sin), sum(Math.cos)));
@@ -150,7 +150,7 @@ export function bends({ poses, bones }) {
   return LIMBS.every(isShown);
 }
 
-/** How far a bone of the target is rolled from where the hinge of the source says, in degrees, in the mean. */
+/** The mean angle in degrees between the roll of a bone of the target and the hinge of the source. */
 function rollOf({ bone, start, middle: hinge, end, bends, isUpper }, source, target) {
   const names = [start, hinge, end];
   if ([source, target].some(({ bones }) => names.some((name) => bones[name] === undefined))) return undefined;
@@ -186,14 +186,14 @@ function rollOf({ bone, start, middle: hinge, end, bends, isUpper }, source, tar
   return meanOf(samples).mean;
 }
 
-/** How far weighted directions are from their mean, in the mean. */
+/** The mean deviation of weighted directions from their mean. */
 function spreadOf(samples) {
   const mean = normalize(samples.reduce((sum, [axis, weight]) => add(sum, scale(axis, weight)), [0, 0, 0]));
   const weights = samples.reduce((total, [, weight]) => total + weight, 0);
   return samples.reduce((total, [axis, weight]) => total + weight * angle(axis, mean), 0) / weights;
 }
 
-/** The angle between the palms of both, by the line of the knuckles, in the mean; undefined without fingers. */
+/** The mean angle between the palms of both, by the line of the knuckles; undefined without fingers. */
 function palmOf(side, source, target) {
   const names = ["Hand", "IndexProximal", "LittleProximal"].map((name) => side + name);
   if ([source, target].some(({ bones }) => names.some((name) => bones[name] === undefined))) return undefined;
@@ -205,7 +205,7 @@ function palmOf(side, source, target) {
   return angles.reduce((sum, value) => sum + value, 0) / angles.length;
 }
 
-/** How far the face of the target is turned from its chest, in the mean direction: nobody looks aside all the time. */
+/** The angle between the mean directions of the face and the chest of the target: nobody looks aside all the time. */
 function headOf({ poses, bones, rest, facing }) {
   if (bones.head === undefined || bones.leftUpperArm === undefined) return undefined;
   let sum = [0, 0, 0];
@@ -221,7 +221,7 @@ function headOf({ poses, bones, rest, facing }) {
 }
 
 /**
- * The angles between the rotations of the same bones in two motions of one character, in the mean of the frames, the largest
+ * The mean angles between the rotations of the same bones in two motions of one character, the largest
  * first.
  */
 export function difference(one, other, bones) {

@@ -12,7 +12,7 @@ const ROOT = join(import.meta.dirname, "../..");
 
 /** Frames a second that are wanted on a machine with nothing else to do, and the fewest on any. */
 const [WANTED, FEWEST] = [60, 15];
-/** How fast the ankle or the toes of a foot that stands may go over the ground: m/s, in the median of frames. */
+/** The largest median speed of the ankle or the toes of a foot in stance over the ground, in m/s. */
 const SLIDE = 0.05;
 
 /** Walks the figure of the page ahead and then to the side, five seconds each, and says how its feet stood: runs in the page. */

@@ -24,7 +24,7 @@ def lines(batch: pa.Table) -> pa.Table:
 
 
 def survey(folder: Path, **options: object) -> mocap.Survey:
-    """The survey of all BVH files below `folder`; options are those of `mocap.survey`."""
+    """The survey of all BVH files below `folder`; options are the options of `mocap.survey`."""
     files = ray.data.read_binary_files(str(folder), include_paths=True, file_extensions=["bvh"])
     found = files.map_batches(lines, batch_format="pyarrow", batch_size=64)
     records = (line for batch in found.iter_batches(batch_format="pyarrow") for line in batch["line"].to_pylist())

@@ -306,7 +306,7 @@ class Scene:
     def to_smpl(self, layout: Literal["smplx", "amass", "kimodo", "soma", "mhr", "humanml3d"] = "smplx") -> Columns:
         """The motion of a humanoid in a layout of SMPL-X, SOMA or MHR; see ``docs/arrays.md``.
 
-        Rotations are those from the T-pose, of 55 joints; fingers begin at a flat hand; ``rest_joints`` has the joints of
+        Rotations are relative to the T-pose, for 55 joints; fingers begin at a flat hand; ``rest_joints`` has the joints of
         the body itself. ``humanml3d`` has one array, ``"vectors"``: 263 numbers a frame, at 20 frames a second.
 
         >>> scene.to_smpl()["body_pose"].shape  # doctest: +SKIP
