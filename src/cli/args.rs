@@ -291,7 +291,7 @@ pub(crate) struct ScoreArgs {
     /// The robot's motion that follows the reference, made by any program, in any readable layout
     #[arg(value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
-    /// The robot that moves: a .urdf file, or an .xml file of MuJoCo
+    /// The robot that moves: a .urdf file, or a MuJoCo .xml file
     #[arg(long, value_name = "TARGET")]
     pub(crate) robot: PathBuf,
     /// Print JSON

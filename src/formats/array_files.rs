@@ -39,7 +39,7 @@ pub use self::read::{ParquetRows, parquet_rows};
 const ROW: FormatInfo = FormatInfo {
     format: Format::Npy,
     name: "NumPy's .npy",
-    description: "one array of NumPy",
+    description: "one NumPy array",
     extensions: Format::Npy.extensions(),
     reading: "good: layouts, recognised by the shape of the array",
     writing: "no",
@@ -67,7 +67,7 @@ pub(super) const NPY: FormatInfo = ROW;
 pub(super) const NPZ: FormatInfo = FormatInfo {
     format: Format::Npz,
     name: "NumPy's .npz",
-    description: "arrays of NumPy: AMASS, SMPL-X, Kimodo, our own",
+    description: "NumPy arrays: AMASS, SMPL-X, Kimodo, our own",
     extensions: Format::Npz.extensions(),
     reading: "good: layouts, recognised by the names of their arrays",
     sniff: is_npz,

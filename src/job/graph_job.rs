@@ -152,7 +152,7 @@ impl Clips<'_> {
     }
 }
 
-/// A matrix as an array of NumPy.
+/// A matrix as a NumPy array.
 #[cfg(feature = "npz")]
 fn array_of(matrix: &DistanceMatrix) -> Result<Vec<u8>> {
     Ok(crate::arrays::matrix_npy(matrix))

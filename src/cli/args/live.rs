@@ -39,7 +39,7 @@ pub(crate) struct PlayArgs {
     /// Send the motion over the VMC protocol to this address and port; without an address, to this machine
     #[arg(long, value_name = "HOST:PORT", required_unless_present = "robot")]
     pub(crate) vmc: Option<Peer>,
-    /// Retarget the motion to this robot, a .urdf file or an .xml file of MuJoCo, and print a row for each frame, 0.6
+    /// Retarget the motion to this robot, a .urdf file or a MuJoCo .xml file, and print a row for each frame, 0.6
     /// seconds later. As in mocap robot --to unitree-csv, a row has the position and rotation (x y z w) of the base,
     /// then the joints
     #[arg(long, value_name = "TARGET", conflicts_with = "vmc")]

@@ -30,7 +30,7 @@ pub(crate) struct ViewArgs {
     /// humanoid
     #[arg(long, value_name = "TARGET")]
     pub(crate) character: Option<PathBuf>,
-    /// Also show the motions on this robot, next to their sources: a .urdf file or an .xml file of MuJoCo
+    /// Also show the motions on this robot, next to their sources: a .urdf file or a MuJoCo .xml file
     #[arg(long, value_name = "TARGET", conflicts_with = "character")]
     pub(crate) robot: Option<PathBuf>,
     /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end is optional
@@ -112,7 +112,7 @@ pub(crate) struct SheetArgs {
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
-    /// Draw the motions on this robot, a .urdf file or an .xml file of MuJoCo
+    /// Draw the motions on this robot, a .urdf file or a MuJoCo .xml file
     #[arg(long, value_name = "TARGET", conflicts_with = "t_pose")]
     pub(crate) robot: Option<PathBuf>,
     /// Draw the T-pose of each skeleton instead of its motion
@@ -154,7 +154,7 @@ pub(crate) struct GifArgs {
     /// Playback speed; 1 is real time
     #[arg(id = "playback-speed", long, alias = "speed", value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
     pub(crate) speed: f64,
-    /// Draw the motion on this robot, a .urdf file or an .xml file of MuJoCo
+    /// Draw the motion on this robot, a .urdf file or a MuJoCo .xml file
     #[arg(long, value_name = "TARGET")]
     pub(crate) robot: Option<PathBuf>,
     /// Show the whole path with a fixed camera, instead of a camera that follows the root

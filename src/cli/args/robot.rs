@@ -24,7 +24,7 @@ pub(crate) struct RobotArgs {
     /// The files with human motion. If the output is a folder: also folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The robot: a .urdf file, or an .xml file of MuJoCo; repeatable. With several robots, the output has one
+    /// The robot: a .urdf file, or a MuJoCo .xml file; repeatable. With several robots, the output has one
     /// subfolder for each, with the robot's name
     #[arg(long, required = true, value_name = "TARGET")]
     pub(crate) robot: Vec<PathBuf>,

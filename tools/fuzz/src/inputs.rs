@@ -306,7 +306,7 @@ pub(crate) const NPZ: Input = Input {
     ..GLB
 };
 
-/// One array of NumPy.
+/// One NumPy array.
 pub(crate) const NPY: Input = Input {
     name: "npy",
     made: Vec::new,

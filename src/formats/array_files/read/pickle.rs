@@ -1,4 +1,4 @@
-//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, strings, and arrays of NumPy and PyTorch.
+//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, strings, and NumPy and PyTorch arrays.
 //!
 //! A pickle is a program for a stack machine, and may call any Python function. This reader calls none: it knows the
 //! few names that build arrays, and refuses every other name. The operations are from Python's `pickletools`, protocols

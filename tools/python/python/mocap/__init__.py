@@ -1,4 +1,4 @@
-"""Reads motion capture files (BVH and others) as arrays of NumPy and Arrow, and writes glTF and other formats.
+"""Reads motion capture files (BVH and others) as NumPy and Arrow arrays, and writes glTF and other formats.
 
 >>> import mocap
 >>> motion = mocap.read("walk.bvh").to_numpy(rot="6d", fps=30, out_unit="m")  # doctest: +SKIP

@@ -75,7 +75,7 @@ class RobotMotion:
 
 
 class Robot:
-    """A robot of a URDF file, or of an XML file of MuJoCo.
+    """A robot from a URDF file or a MuJoCo XML file.
 
     >>> robot = mocap.Robot("g1.urdf")                               # doctest: +SKIP
     >>> motion = robot.retarget("walk.bvh", fps=50)                  # doctest: +SKIP

@@ -196,7 +196,7 @@ def _text(steps: object) -> str:
 
 
 def _plain(value: Any) -> object:
-    """Converts numbers and arrays of NumPy."""
+    """Converts numbers and NumPy arrays."""
     if hasattr(value, "tolist"):
         return value.tolist()
     raise WrongTypeError(f"an option of a step cannot be {type(value).__name__}: {value!r}")
