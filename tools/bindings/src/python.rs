@@ -244,7 +244,7 @@ DASHED = (
         let from = Parameter::new("source", "SceneLike", None, from);
         let to = "The file to write; it is whole or absent. A file that may be somebody's source is not replaced.";
         let to = Parameter::new("target", "StrPath", None, to);
-        let raises = "    Raises:\n        MocapError: Where the source cannot be read or the target cannot be written.\n        ValueError: Where the extension is that of no written format, or an option has no effect on it.\n";
+        let raises = "    Raises:\n        MocapError: Where the source cannot be read or the target cannot be written.\n        ValueError: Where no written format has the extension, or an option has no effect on it.\n";
         let mut all: Vec<Parameter> = source.into_iter().chain(self.writing()).chain(reading).collect();
         let weights = "The weights of solvers that differ from their defaults, as `{\"markers\": {\"slide\": 0.02}}`; docs/weights.md lists them.";
         let weights = Parameter::new("weights", "Weights | None", Some("None"), &python_docs(weights));
@@ -268,7 +268,7 @@ DASHED = (
             "Writes a scene in the format of the target's extension, as ``mocap formats`` lists them; the file is whole or\nabsent. A file that may be somebody's source is not replaced.\n\nglTF and FBX record the steps; BVH and ``.mclip`` have no field for them.",
             &[&scene, &to],
             &writing,
-            "    Raises:\n        MocapError: Where the target cannot be written.\n        ValueError: Where the extension is that of no written format, or an option has no effect on it.\n",
+            "    Raises:\n        MocapError: Where the target cannot be written.\n        ValueError: Where no written format has the extension, or an option has no effect on it.\n",
             &format!(
                 "    options = {}\n    written(scene, target, options)\n",
                 made("WriteOptions", &writing)

@@ -264,7 +264,7 @@ impl TypeScript<'_> {
     fn step(&self, step: &Step) -> String {
         let mut members = member("step", true, &format!("\"{}\"", step.name), "");
         if step.takes_other {
-            let docs = "The second motion among those of a job, counted from 2. Default: the next.";
+            let docs = "The second motion among the motions of a job, counted from 2. Default: the next.";
             members += &member("with", false, "number", docs);
         }
         let options = step.options.iter();

@@ -53,9 +53,9 @@ export interface ConvertOptions extends SourceSpaceOptions, SourceFramesOptions 
   /** Keep the unit and the axes of the file, unless `outUnit` or `outUp` is given. */
   keepUnits?: boolean;
   bones?: Bones;
-  /** The first moment to keep. */
+  /** The first time to keep. */
   first?: Moment;
-  /** The last moment to keep. */
+  /** The last time to keep. */
   last?: Moment;
   /** The names of joints in the result: a naming scheme of a program or dataset, or a name for each bone. */
   names?: BoneNames | Bones;
@@ -101,7 +101,7 @@ export interface Diagnostic {
   file?: string;
   line?: number;
   column?: number;
-  /** The number of characters from `column` on. */
+  /** The number of characters, starting at `column`. */
   length?: number;
   /** The line, or a part of a long line. */
   text?: string;

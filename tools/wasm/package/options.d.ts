@@ -407,7 +407,7 @@ export interface FileOutputOptions {
   force?: boolean;
   /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
   output?: string;
-  /** The output format, as a file extension, if it differs from that of the output. */
+  /** The output format, as a file extension, if it differs from the extension of the output. */
   to?: string | null;
 }
 
@@ -677,8 +677,8 @@ export interface MarkerWeights {
    */
   "beside-hinge"?: number;
   /**
-   * Distance from its expected position above which a marker is a reflection, or belongs to another object: twice as far as
-   * skin slides. Unit: m. Default: `0.08`.
+   * Largest distance between a marker and its expected position. A marker farther away is a reflection, or belongs to another
+   * object. Skin slides at most half as far. Unit: m. Default: `0.08`.
    */
   ghost?: number;
   /**
@@ -829,8 +829,8 @@ export interface OutputOptions {
   /** The unit and the up axis of the output. */
   space?: OutSpace;
   /**
-   * The output format, as a file extension, if it differs from that of the output. Or the name of an array layout, such as
-   * amass, humanml3d, qpos or gmr.
+   * The output format, as a file extension, if it differs from the extension of the output. Or the name of an array layout,
+   * such as amass, humanml3d, qpos or gmr.
    */
   to?: string | null;
 }
@@ -943,8 +943,8 @@ export interface RobotWeights {
    */
   head?: number;
   /**
-   * Largest distance between a foot in stance and the source's foot: less than half a foot. Beyond it, the source has walked
-   * on. Unit: m. Default: `0.1`.
+   * Largest distance between a foot in stance and the source's foot: less than half a foot. At a larger distance, the source
+   * has already left the place of the contact. Unit: m. Default: `0.1`.
    */
   "held-distance"?: number;
   /**
@@ -1188,7 +1188,7 @@ export type Axis = "auto" | "y" | "z" | "-y" | "-z";
 
 /** A walk over a motion graph. The job changes, retargets and writes the walk like the motion of a file. */
 export interface WalkJob {
-  /** How the frames of the inputs are compared. Default: the input is a graph file. */
+  /** The options for comparing the frames of the input clips. Without them, the input is a graph file. */
   graph?: GraphJobOptions | null;
   /** How the clips are read. */
   read?: InputOptions;
@@ -1294,7 +1294,7 @@ export type EditStep =
 /** Holds feet still in contact and above the floor. */
 export interface FootLockStep {
   step: "foot-lock";
-  /** Seconds in which a shift eases out after a contact, and in before one. Default: 0.2. */
+  /** Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2. */
   blend?: number;
   /** The largest height of a foot in contact above the level of rest, in metres. Default: 0.05. */
   height?: number;
@@ -1309,8 +1309,8 @@ export interface FootLockStep {
   /** The height of the floor along the up axis, in metres. Default: where the feet rest. */
   floor?: number;
   /**
-   * The largest change of any other joint, in metres. A foot that would move a knee or the hips farther keeps a part of its
-   * slide. Default: none, no foot slides.
+   * The largest change of any other joint, in metres. If locking a foot would move a knee or the hips farther, a part of the
+   * sliding remains. Default: none, no foot slides.
    */
   "largest-change"?: number;
   /** The weights of the lock that differ from their defaults. Default: none. */
@@ -1327,8 +1327,8 @@ export interface MirrorStep {
 
 /**
  * Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each rotation: no
- * axis is preferred, and a joint may rotate by any angle. The first and the last frame stay. Everything outside a range and
- * its ease stays too.
+ * axis is preferred, and a joint may rotate by any angle. The first and the last frame do not change. Frames outside the
+ * range and its ease time do not change.
  */
 export interface SmoothStep {
   step: "smooth";
@@ -1342,7 +1342,7 @@ export interface SmoothStep {
   joints?: string[];
   /** The part of the motion. Default: the whole. */
   range?: string;
-  /** Seconds before and after the range in which the filter comes and goes. Default: 0.2. */
+  /** Fade time of the filter before and after the range, in seconds. Default: 0.2. */
   ease?: number;
 }
 
@@ -1377,7 +1377,7 @@ export interface FillStep {
 
 /**
  * Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without a defect
- * do not change. A skeleton that is no humanoid keeps its floor and contacts.
+ * do not change. If the skeleton is not a humanoid, floor and contacts are not changed.
  */
 export interface CleanStep {
   step: "clean";
@@ -1409,7 +1409,7 @@ export interface LoopStep {
   shortest?: number;
   /** The longest loop to look for, in seconds. Default: 4. */
   longest?: number;
-  /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
+  /** Seconds in which the difference of the poses fades out after the seam. Default: 0.3. */
   blend?: number;
   /** Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`. */
   "in-place"?: boolean;
@@ -1417,53 +1417,54 @@ export interface LoopStep {
 
 /**
  * Appends a second motion, which has the same joints. The first frame of the second motion is the last of the first, so that
- * a motion that was cut in two is restored. Poses more than 45 degrees or 30 cm apart at the seam, and speeds more than 1 m/s
- * apart, are a warning of the scene, `PosesApart`. `within` searches nearby for the end and the beginning that are most
- * alike. The measure is the distance of motion graphs, over windows of a third of a second.
+ * two parts of a cut motion are restored. Poses more than 45 degrees or 30 cm apart at the seam, and speeds more than 1 m/s
+ * apart, are a warning of the scene, `PosesApart`. `within` searches for the most similar pair of an end frame and a start
+ * frame near the seam. The measure is the distance of motion graphs, over windows of a third of a second.
  */
 export interface ConcatStep {
   step: "concat";
-  /** The second motion among those of a job, counted from 2. Default: the next. */
+  /** The second motion among the motions of a job, counted from 2. Default: the next. */
   with?: number;
-  /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
+  /** Seconds in which the difference of the poses fades out after the seam. Default: 0.3. */
   blend?: number;
-  /** Whether the second motion begins at the place and in the heading in which the first ends. Default: `true`. */
+  /** Whether the second motion begins at the position and heading at which the first motion ends. Default: `true`. */
   align?: boolean;
   /**
-   * Seconds at the end of the first and at the beginning of the second motion in which the most alike frames are joined.
-   * Default: 0, all of both stays.
+   * Seconds at the end of the first and at the beginning of the second motion in which the most similar frames are joined.
+   * Default: 0, which keeps both motions completely.
    */
   within?: number;
 }
 
 /**
  * Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic time warping
- * of the poses aligns both in time, so that a step meets a step. The result is as long as its fraction of both. Steps over
- * the ground are mixed in the heading of each figure: two walks in different directions give a walk in a direction between.
- * Mixed poses more than 45 degrees or 30 cm apart, wherever the figures stand, are a warning of the scene, `PosesApart`. With
- * `within` one motion may begin later, and one end earlier, at the most alike frames. The measure is the distance of motion
- * graphs, over windows of a third of a second. The second motion then begins at the place and in the heading of the first.
+ * of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of both durations. Steps
+ * over the ground are mixed in the heading of each figure: two walks in different directions give a walk in a direction
+ * between. Mixed poses more than 45 degrees or 30 cm apart, wherever the figures stand, are a warning of the scene,
+ * `PosesApart`. With `within`, one motion may start later, and one may end earlier, so that the ends match best. The measure
+ * is the distance of motion graphs, over windows of a third of a second. The second motion then begins at the place and in
+ * the heading of the first.
  */
 export interface BlendStep {
   step: "blend";
-  /** The second motion among those of a job, counted from 2. Default: the next. */
+  /** The second motion among the motions of a job, counted from 2. Default: the next. */
   with?: number;
   /** The fraction of the second motion. Default: 0.5 all the time. */
   weight?: number | [number, number][];
   /**
-   * Seconds at the beginning and at the end of both motions in which the most alike frames are searched. Default: 0, all of
-   * both is mixed.
+   * Seconds at the beginning and at the end of both motions in which the most similar frames are searched. Default: 0, which
+   * mixes both motions completely.
    */
   within?: number;
 }
 
 /**
  * Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints, at the
- * same time. After the end of the second motion, its last pose stays.
+ * same time. After the end of the second motion, its last pose is held.
  */
 export interface LayerStep {
   step: "layer";
-  /** The second motion among those of a job, counted from 2. Default: the next. */
+  /** The second motion among the motions of a job, counted from 2. Default: the next. */
   with?: number;
   /** The part of the body. Default: the spine and all above it. */
   part?: "upper" | "legs" | "arms" | "head";
@@ -1472,7 +1473,7 @@ export interface LayerStep {
 /** Makes parts of a motion faster or slower, or bends its path over the ground. */
 export interface WarpStep {
   step: "warp";
-  /** Pairs of a time in the motion and its new time, in seconds, both increasing. The start stays. */
+  /** Pairs of a time in the motion and its new time, in seconds, both increasing. The start does not change. */
   moments?: [number, number][];
   /** The factor of the speed of the whole motion, above 0. */
   speed?: number;
@@ -1485,7 +1486,7 @@ export interface WarpStep {
 /** Keyframe animation: keeps the poses of chosen frames, and interpolates the others. */
 export interface InBetweenStep {
   step: "in-between";
-  /** The frames whose poses stay. The first and the last frame always do. */
+  /** The frames whose poses are kept. The first and the last frame are always kept. */
   keys?: number[];
   /** The distance in frames of further keys. Default: 0, no others. */
   every?: number;
@@ -1496,7 +1497,7 @@ export interface InBetweenStep {
 /** Keeps a part of a motion. */
 export interface TrimStep {
   step: "trim";
-  /** The first and the last moment to keep. Default: the whole motion. */
+  /** The first and the last time to keep. Default: the whole motion. */
   range?: string;
 }
 
@@ -1510,11 +1511,11 @@ export interface ResampleStep {
 /** Drops the first frame if it is a rest pose, as in some files. */
 export interface DropFirstFrameStep {
   step: "drop-first-frame";
-  /** Whether to drop it also if it is no rest pose. Default: `false`. */
+  /** Whether to drop the first frame even if it is not a rest pose. Default: `false`. */
   always?: boolean;
 }
 
-/** Keeps the root above its start point. Its height and its rotation stay. */
+/** Keeps the root above its start point. Its height and its rotation do not change. */
 export interface InPlaceStep {
   step: "in-place";
 }
@@ -1552,10 +1553,10 @@ export interface BoneAxisStep {
 }
 
 /**
- * Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. It is there during
- * the part. It moves there before the part, and back after it. Two bones turn by the law of cosines, about the axis about
- * which the limb bends in the motion. A hand turns with its forearm, a foot keeps its rotation in the world. Everything else
- * stays.
+ * Brings a hand or a foot to a target in a range of a motion: the wrist or the ankle, or a joint below it. The limb stays at
+ * the target during the range. It moves to the target before the range, and back after it. Two bones turn by the law of
+ * cosines, about the axis about which the limb bends in the motion. A hand turns with its forearm, a foot keeps its rotation
+ * in the world. Nothing else changes.
  */
 export interface ReachStep {
   step: "reach";
@@ -1568,53 +1569,53 @@ export interface ReachStep {
   /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
   start?: string;
   /**
-   * The joint that goes to the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
+   * The joint that moves to the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
    * or the only end effector below `start`.
    */
   tip?: string;
-  /** The part in which it is at the target. Default: the whole motion. */
+  /** The range in which the limb is at the target. Default: the whole motion. */
   range?: string;
-  /** Seconds before the part in which it goes there. Default: 0.4. */
+  /** Duration of the movement to the target before the range, in seconds. Default: 0.4. */
   "ease-in"?: number;
-  /** Seconds after the part in which it goes back. Default: 0.4. */
+  /** Duration of the movement back after the range, in seconds. Default: 0.4. */
   "ease-out"?: number;
 }
 
 /**
- * Holds a hand or a foot at what it touches. It keeps its mean position in the frame of the target, which may move and
- * rotate. If the limb is too short for that, it comes as near as it can. It is held in a given part of the motion, or in
- * every part in which it is near the target and slow beside it. Two bones, or the joints of a chain, turn as in `reach`.
- * Everything else stays. Use `foot-lock` for feet on the floor, because it lets them roll.
+ * Holds a hand or a foot at the object that it touches. The limb keeps its mean position in the frame of the target, which
+ * may move and rotate. If the limb is too short, it comes as near as possible. The limb is held in a given range, or in every
+ * range in which it is near the target and slow relative to it. Two bones, or the joints of a chain, turn as in `reach`.
+ * Nothing else changes. Use `foot-lock` for feet on the floor, because it lets them roll.
  */
 export interface PinStep {
   step: "pin";
   /** The limb. Default: the right hand. */
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
-  /** The target that it touches. Default: the world, at its place. */
+  /** The target that the limb touches. Default: the world, at the position of the limb. */
   to?: string | [number, number, number];
   /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
   start?: string;
   /**
-   * The joint that touches, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle, or the only
-   * end effector below `start`.
+   * The joint that touches the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
+   * or the only end effector below `start`.
    */
   tip?: string;
-  /** The part in which it touches. Default: found. */
+  /** The range of the contact. Default: detected. */
   range?: string;
-  /** The largest distance from the target of a contact that is found, in metres. Default: 0.3, from joint to joint. */
+  /** The largest distance of a detected contact from the target, in metres. Default: 0.3, from joint to joint. */
   distance?: number;
-  /** The largest speed in the frame of the target of a contact that is found, in metres per second. Default: 0.25. */
+  /** The largest speed of a detected contact relative to the target, in metres per second. Default: 0.25. */
   speed?: number;
-  /** Seconds in which the change comes before a contact, and goes after it. Default: 0.2. */
+  /** Blend time before and after a contact, in seconds. Default: 0.2. */
   blend?: number;
 }
 
 /**
- * Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through the target.
+ * Turns neck and head so that the figure looks at a target in a range of a motion. The line of sight goes through the target.
  * It starts between the eyes, or at the joint of the head, and points forward. The neck takes a fraction of the rotation, the
  * head the rest. Beyond the limit, an angle from the facing of the trunk, the head stays behind smoothly. The figure does not
- * look at a target behind its back. A target that moves too fast is followed at 400 degrees a second, from before until
- * after.
+ * look at a target behind its back. The head follows a faster target with at most 400 degrees per second: it starts earlier
+ * and arrives later.
  */
 export interface LookAtStep {
   step: "look-at";
@@ -1622,19 +1623,23 @@ export interface LookAtStep {
   at: string | [number, number, number];
   /** The fraction of the rotation that the neck takes. Default: 0.4. */
   neck?: number;
-  /** The largest angle from where the trunk faces at which it looks at the target, in degrees. Default: 80. */
+  /**
+   * The largest angle between the facing of the trunk and the target at which the figure looks at the target, in degrees.
+   * Default: 80.
+   */
   limit?: number;
-  /** The part in which it looks there. Default: the whole motion. */
+  /** The range in which the figure looks at the target. Default: the whole motion. */
   range?: string;
-  /** Seconds before the part in which it turns there. Default: 0.4. */
+  /** Duration of the turn to the target before the range, in seconds. Default: 0.4. */
   "ease-in"?: number;
-  /** Seconds after the part in which it turns back. Default: 0.4. */
+  /** Duration of the turn back after the range, in seconds. Default: 0.4. */
   "ease-out"?: number;
 }
 
 /**
  * Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as `clean` does, and
- * then the height, however small. Hills, stairs and treadmills stay: `docs/cleaning-algorithm.md` says how they are found.
+ * then the height, however small. Hills, stairs and treadmills do not change: `docs/cleaning-algorithm.md` describes their
+ * detection.
  */
 export interface GroundStep {
   step: "ground";

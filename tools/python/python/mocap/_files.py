@@ -294,8 +294,8 @@ def convert(
         out_up: Up axis of the output. Default: the input's; glTF has +Y up.
             ``"y"``: +Y.
             ``"z"``: +Z.
-        to: The output format, as a file extension, if it differs from that of the output. Or the name of an array
-            layout, such as amass, humanml3d, qpos or gmr.
+        to: The output format, as a file extension, if it differs from the extension of the output. Or the name of
+            an array layout, such as amass, humanml3d, qpos or gmr.
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
         body: The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz
             or .pkl), or a file of any format with a figure. Default: generic proportions, 1.70 m tall.
@@ -326,7 +326,7 @@ def convert(
 
     Raises:
         MocapError: Where the source cannot be read or the target cannot be written.
-        ValueError: Where the extension is that of no written format, or an option has no effect on it.
+        ValueError: Where no written format has the extension, or an option has no effect on it.
     """
     read = ReadOptions(
         all_rows=all_rows,
@@ -482,12 +482,12 @@ def write(
         out_up: Up axis of the output. Default: the input's; glTF has +Y up.
             ``"y"``: +Y.
             ``"z"``: +Z.
-        to: The output format, as a file extension, if it differs from that of the output. Or the name of an array
-            layout, such as amass, humanml3d, qpos or gmr.
+        to: The output format, as a file extension, if it differs from the extension of the output. Or the name of
+            an array layout, such as amass, humanml3d, qpos or gmr.
 
     Raises:
         MocapError: Where the target cannot be written.
-        ValueError: Where the extension is that of no written format, or an option has no effect on it.
+        ValueError: Where no written format has the extension, or an option has no effect on it.
     """
     options = WriteOptions(
         bone_axis=bone_axis,

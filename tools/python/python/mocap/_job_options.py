@@ -171,8 +171,8 @@ class WriteOptions:
         out_up: Up axis of the output. Default: the input's; glTF has +Y up.
             ``"y"``: +Y.
             ``"z"``: +Z.
-        to: The output format, as a file extension, if it differs from that of the output. Or the name of an array
-            layout, such as amass, humanml3d, qpos or gmr.
+        to: The output format, as a file extension, if it differs from the extension of the output. Or the name of
+            an array layout, such as amass, humanml3d, qpos or gmr.
     """
 
     bone_axis: Literal["y", "x", "none"] | None = None

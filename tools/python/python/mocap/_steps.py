@@ -57,15 +57,15 @@ def foot_lock(
     """Holds feet still in contact and above the floor.
 
     Args:
-        blend: Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
+        blend: Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2.
         height: The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
         speed: The largest speed of a foot in contact, in metres per second. Default: 0.25.
         release: The factor of height or speed at which a foot leaves a contact. Default: 1.6.
         shortest: The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
         gap: The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
         floor: The height of the floor along the up axis, in metres. Default: where the feet rest.
-        largest_change: The largest change of any other joint, in metres. A foot that would move a knee or the hips
-            farther keeps a part of its slide. Default: ``None``, no foot slides.
+        largest_change: The largest change of any other joint, in metres. If locking a foot would move a knee or the
+            hips farther, a part of the sliding remains. Default: ``None``, no foot slides.
         weights: The weights of the lock that differ from their defaults. Default: ``None``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
@@ -107,8 +107,8 @@ def smooth(
     bones: Bones | None = None,
 ) -> Step:
     """Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each
-    rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame stay.
-    Everything outside a range and its ease stays too.
+    rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame do not change.
+    Frames outside the range and its ease time do not change.
 
     Args:
         filter: The filter. Default: Butterworth.
@@ -117,7 +117,7 @@ def smooth(
         joints: Joints by their names or the names of bones, without the joints below them. With ``part``, they are
             added to the part.
         range: The part of the motion. Default: the whole.
-        ease: Seconds before and after the range in which the filter comes and goes. Default: 0.2.
+        ease: Fade time of the filter before and after the range, in seconds. Default: 0.2.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -180,7 +180,7 @@ def clean(
     bones: Bones | None = None,
 ) -> Step:
     """Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
-    without a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
+    without a defect do not change. If the skeleton is not a humanoid, floor and contacts are not changed.
 
     Args:
         time: Repair timing: held, duplicated and dropped frames. Default: ``True``.
@@ -222,7 +222,7 @@ def loop_clip(
         frames: The first and the last frame of the loop. Default: the two frames that match best.
         shortest: The shortest loop to look for, in seconds. Default: 0.6.
         longest: The longest loop to look for, in seconds. Default: 4.
-        blend: Seconds in which the difference of the poses fades after the seam. Default: 0.3.
+        blend: Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
         in_place: Whether the loop stays in place instead of travelling over the ground from cycle to cycle.
             Default: ``False``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -247,18 +247,18 @@ def concat(
     within: float | None = None,
 ) -> Step:
     """Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
-    first, so that a motion that was cut in two is restored. Poses more than 45 degrees or 30 cm apart at the seam,
-    and speeds more than 1 m/s apart, are a warning of the scene, ``PosesApart``. ``within`` searches nearby for the
-    end and the beginning that are most alike. The measure is the distance of motion graphs, over windows of a third
-    of a second.
+    first, so that two parts of a cut motion are restored. Poses more than 45 degrees or 30 cm apart at the seam,
+    and speeds more than 1 m/s apart, are a warning of the scene, ``PosesApart``. ``within`` searches for the most
+    similar pair of an end frame and a start frame near the seam. The measure is the distance of motion graphs, over
+    windows of a third of a second.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
-        blend: Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-        align: Whether the second motion begins at the place and in the heading in which the first ends. Default:
+        blend: Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
+        align: Whether the second motion begins at the position and heading at which the first motion ends. Default:
             ``True``.
-        within: Seconds at the end of the first and at the beginning of the second motion in which the most alike
-            frames are joined. Default: 0, all of both stays.
+        within: Seconds at the end of the first and at the beginning of the second motion in which the most similar
+            frames are joined. Default: 0, which keeps both motions completely.
     """
     return step_of("concat", other=other, blend=blend, align=align, within=within)
 
@@ -271,18 +271,18 @@ def blend(
     within: float | None = None,
 ) -> Step:
     """Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
-    time warping of the poses aligns both in time, so that a step meets a step. The result is as long as its
-    fraction of both. Steps over the ground are mixed in the heading of each figure: two walks in different
-    directions give a walk in a direction between. Mixed poses more than 45 degrees or 30 cm apart, wherever the
-    figures stand, are a warning of the scene, ``PosesApart``. With ``within`` one motion may begin later, and one
-    end earlier, at the most alike frames. The measure is the distance of motion graphs, over windows of a third of
-    a second. The second motion then begins at the place and in the heading of the first.
+    time warping of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of
+    both durations. Steps over the ground are mixed in the heading of each figure: two walks in different directions
+    give a walk in a direction between. Mixed poses more than 45 degrees or 30 cm apart, wherever the figures stand,
+    are a warning of the scene, ``PosesApart``. With ``within``, one motion may start later, and one may end
+    earlier, so that the ends match best. The measure is the distance of motion graphs, over windows of a third of a
+    second. The second motion then begins at the place and in the heading of the first.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
         weight: The fraction of the second motion. Default: 0.5 all the time.
-        within: Seconds at the beginning and at the end of both motions in which the most alike frames are searched.
-            Default: 0, all of both is mixed.
+        within: Seconds at the beginning and at the end of both motions in which the most similar frames are
+            searched. Default: 0, which mixes both motions completely.
     """
     return step_of("blend", other=other, weight=weight, within=within)
 
@@ -295,7 +295,7 @@ def layer(
     bones: Bones | None = None,
 ) -> Step:
     """Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints,
-    at the same time. After the end of the second motion, its last pose stays.
+    at the same time. After the end of the second motion, its last pose is held.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
@@ -315,7 +315,7 @@ def in_between(
     """Keyframe animation: keeps the poses of chosen frames, and interpolates the others.
 
     Args:
-        keys: The frames whose poses stay. The first and the last frame always do.
+        keys: The frames whose poses are kept. The first and the last frame are always kept.
         every: The distance in frames of further keys. Default: 0, no others.
         interpolation: The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps
             of speed.
@@ -338,14 +338,14 @@ def drop_first_frame(*, always: bool | None = None) -> Step:
     """Drops the first frame if it is a rest pose, as in some files.
 
     Args:
-        always: Whether to drop it also if it is no rest pose. Default: ``False``.
+        always: Whether to drop the first frame even if it is not a rest pose. Default: ``False``.
     """
     return step_of("drop-first-frame", always=always)
 
 
 @step_function
 def in_place() -> Step:
-    """Keeps the root above its start point. Its height and its rotation stay."""
+    """Keeps the root above its start point. Its height and its rotation do not change."""
     return step_of("in-place")
 
 
@@ -407,21 +407,21 @@ def reach(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. It is
-    there during the part. It moves there before the part, and back after it. Two bones turn by the law of cosines,
-    about the axis about which the limb bends in the motion. A hand turns with its forearm, a foot keeps its
-    rotation in the world. Everything else stays.
+    """Brings a hand or a foot to a target in a range of a motion: the wrist or the ankle, or a joint below it. The
+    limb stays at the target during the range. It moves to the target before the range, and back after it. Two bones
+    turn by the law of cosines, about the axis about which the limb bends in the motion. A hand turns with its
+    forearm, a foot keeps its rotation in the world. Nothing else changes.
 
     Args:
         to: The target.
         limb: The limb. Default: the right hand.
         offset: The point to reach, from the origin of the target in metres along its axes. Default: the origin.
         start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
-        tip: The joint that goes to the target, at or below the hand or the foot, or below ``start``. Default: the
+        tip: The joint that moves to the target, at or below the hand or the foot, or below ``start``. Default: the
             wrist or the ankle, or the only end effector below ``start``.
-        range: The part in which it is at the target. Default: the whole motion.
-        ease_in: Seconds before the part in which it goes there. Default: 0.4.
-        ease_out: Seconds after the part in which it goes back. Default: 0.4.
+        range: The range in which the limb is at the target. Default: the whole motion.
+        ease_in: Duration of the movement to the target before the range, in seconds. Default: 0.4.
+        ease_out: Duration of the movement back after the range, in seconds. Default: 0.4.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -451,23 +451,23 @@ def pin(
     blend: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Holds a hand or a foot at what it touches. It keeps its mean position in the frame of the target, which may move
-    and rotate. If the limb is too short for that, it comes as near as it can. It is held in a given part of the
-    motion, or in every part in which it is near the target and slow beside it. Two bones, or the joints of a chain,
-    turn as in ``reach``. Everything else stays. Use ``foot-lock`` for feet on the floor, because it lets them roll.
+    """Holds a hand or a foot at the object that it touches. The limb keeps its mean position in the frame of the
+    target, which may move and rotate. If the limb is too short, it comes as near as possible. The limb is held in a
+    given range, or in every range in which it is near the target and slow relative to it. Two bones, or the joints
+    of a chain, turn as in ``reach``. Nothing else changes. Use ``foot-lock`` for feet on the floor, because it lets
+    them roll.
 
     Args:
-        to: The target that it touches. Default: the world, at its place.
+        to: The target that the limb touches. Default: the world, at the position of the limb.
         limb: The limb. Default: the right hand.
         start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
-        tip: The joint that touches, at or below the hand or the foot, or below ``start``. Default: the wrist or the
-            ankle, or the only end effector below ``start``.
-        range: The part in which it touches. Default: found.
-        distance: The largest distance from the target of a contact that is found, in metres. Default: 0.3, from
-            joint to joint.
-        speed: The largest speed in the frame of the target of a contact that is found, in metres per second.
-            Default: 0.25.
-        blend: Seconds in which the change comes before a contact, and goes after it. Default: 0.2.
+        tip: The joint that touches the target, at or below the hand or the foot, or below ``start``. Default: the
+            wrist or the ankle, or the only end effector below ``start``.
+        range: The range of the contact. Default: detected.
+        distance: The largest distance of a detected contact from the target, in metres. Default: 0.3, from joint to
+            joint.
+        speed: The largest speed of a detected contact relative to the target, in metres per second. Default: 0.25.
+        blend: Blend time before and after a contact, in seconds. Default: 0.2.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -495,20 +495,20 @@ def look_at(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through
+    """Turns neck and head so that the figure looks at a target in a range of a motion. The line of sight goes through
     the target. It starts between the eyes, or at the joint of the head, and points forward. The neck takes a
     fraction of the rotation, the head the rest. Beyond the limit, an angle from the facing of the trunk, the head
-    stays behind smoothly. The figure does not look at a target behind its back. A target that moves too fast is
-    followed at 400 degrees a second, from before until after.
+    stays behind smoothly. The figure does not look at a target behind its back. The head follows a faster target
+    with at most 400 degrees per second: it starts earlier and arrives later.
 
     Args:
         at: The target.
         neck: The fraction of the rotation that the neck takes. Default: 0.4.
-        limit: The largest angle from where the trunk faces at which it looks at the target, in degrees. Default:
-            80.
-        range: The part in which it looks there. Default: the whole motion.
-        ease_in: Seconds before the part in which it turns there. Default: 0.4.
-        ease_out: Seconds after the part in which it turns back. Default: 0.4.
+        limit: The largest angle between the facing of the trunk and the target at which the figure looks at the
+            target, in degrees. Default: 80.
+        range: The range in which the figure looks at the target. Default: the whole motion.
+        ease_in: Duration of the turn to the target before the range, in seconds. Default: 0.4.
+        ease_out: Duration of the turn back after the range, in seconds. Default: 0.4.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -526,8 +526,8 @@ def look_at(
 @step_function
 def ground(*, bones: Bones | None = None) -> Step:
     """Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as ``clean``
-    does, and then the height, however small. Hills, stairs and treadmills stay: ``docs/cleaning-algorithm.md`` says
-    how they are found.
+    does, and then the height, however small. Hills, stairs and treadmills do not change:
+    ``docs/cleaning-algorithm.md`` describes their detection.
 
     Args:
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
