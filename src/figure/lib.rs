@@ -8,6 +8,8 @@
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 #[doc(hidden)]
+pub mod animal;
+#[doc(hidden)]
 pub mod axes;
 mod axis;
 #[doc(hidden)]
@@ -132,7 +134,9 @@ pub fn up(scene: &Scene) -> Axis {
         return Axis::from(up);
     }
     let humanoid = Humanoid::of(scene);
-    let of_body = measure::Measures::new(scene, &humanoid).up().map(|up| up.value);
+    let body = measure::Measures::new(scene, &humanoid).up();
+    let animal = || animal::up(scene, Quadruped::of_creature(scene, &humanoid).as_ref()?);
+    let of_body = body.or_else(animal).map(|up| up.value);
     let extent = || extent::Extent::new(scene, &placing::placing(scene, &humanoid));
     of_body.unwrap_or_else(|| Axis::from(extent().up().value))
 }
@@ -245,8 +249,7 @@ impl Figure {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn quadruped(&self, scene: &Scene) -> Option<&Quadruped> {
-        let is_one = self.humanoid.creature == Some(Creature::FourLegged);
-        let find = || is_one.then(|| Quadruped::of(scene, &self.humanoid)).flatten();
+        let find = || Quadruped::of_creature(scene, &self.humanoid);
         self.quadruped.get_or_init(find).as_ref()
     }
 
@@ -305,7 +308,14 @@ impl Figure {
             value: Axis::from(up),
             ..stated(up).map(Axis::Y)
         });
+        let quadruped = OnceLock::new();
+        let animal = || {
+            quadruped
+                .get_or_init(|| Quadruped::of_creature(scene, &humanoid))
+                .as_ref()
+        };
         let axis = stated_axis.or_else(|| body.up());
+        let axis = axis.or_else(|| animal::up(scene, animal()?));
         let up = match (&axis, scene.metadata.up) {
             (_, Some(up)) => stated(up),
             (Some(axis), None) => axis.clone().map(axis.value.up().unwrap_or_default()),
@@ -337,7 +347,7 @@ impl Figure {
             humanoid,
             t_pose: OnceLock::new(),
             ground: OnceLock::new(),
-            quadruped: OnceLock::new(),
+            quadruped,
         }
     }
 }

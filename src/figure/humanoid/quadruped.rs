@@ -7,14 +7,16 @@
 
 mod stance;
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
-use mocap_scene::scene::{Format, NodeId, Scene, Side};
+use mocap_scene::scene::{Format, HumanoidBone as Bone, NodeId, Scene, Side};
 use serde::Serialize;
 
 use self::stance::Stance;
 use super::super::poses::poses;
-use super::Humanoid;
 use super::topology::{Pair, Tree, pairs};
+use super::{Creature, Humanoid};
 use crate::Confidence;
 use crate::names::words::Part;
 use crate::rig::Rig;
@@ -133,7 +135,47 @@ impl Quadruped {
         Some(found.map(|node| rig.node_of_file(node)))
     }
 
-    fn map(self, to: impl Fn(NodeId) -> NodeId) -> Self {
+    /// The animal in a scene; `None` if the creature does not walk on four legs.
+    pub(crate) fn of_creature(scene: &Scene, humanoid: &Humanoid) -> Option<Self> {
+        let is_one = humanoid.creature == Some(Creature::FourLegged);
+        is_one.then(|| Self::of(scene, humanoid)).flatten()
+    }
+
+    /// Its joints as the bones of a humanoid, for steps that need only pairs of joints: front legs are arms.
+    #[doc(hidden)]
+    pub fn bones(&self) -> Humanoid {
+        let mut bones = BTreeMap::from([(Bone::Hips, self.pelvis)]);
+        if self.withers != self.pelvis {
+            bones.insert(Bone::Chest, self.withers);
+        }
+        let middle = [(Bone::Neck, self.neck.first().copied()), (Bone::Head, self.head)];
+        bones.extend(middle.into_iter().filter_map(|(bone, joint)| Some((bone, joint?))));
+        for leg in &self.legs {
+            let names = match leg.is_fore {
+                true => [
+                    Bone::LeftShoulder,
+                    Bone::LeftUpperArm,
+                    Bone::LeftLowerArm,
+                    Bone::LeftHand,
+                ],
+                false => [Bone::LeftFoot, Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftToes],
+            };
+            // Without a hock, the paw is the foot.
+            let (first, last) = match (leg.is_fore, leg.ankle) {
+                (true, _) => (leg.girdle, Some(leg.paw)),
+                (false, None) => (Some(leg.paw), None),
+                (false, hock) => (hock, Some(leg.paw)),
+            };
+            let joints = [first, Some(leg.upper), Some(leg.lower), last];
+            let found = names.into_iter().zip(joints);
+            bones.extend(found.filter_map(|(bone, joint)| Some((bone.on(leg.side), joint?))));
+        }
+        Humanoid::stated(bones, &self.reason)
+    }
+
+    /// The animal with other nodes.
+    #[doc(hidden)]
+    pub fn map(self, to: impl Fn(NodeId) -> NodeId) -> Self {
         let all = |nodes: Vec<NodeId>| nodes.into_iter().map(&to).collect();
         Self {
             pelvis: to(self.pelvis),
