@@ -52,6 +52,9 @@ const ALONG: f64 = 0.8;
 /// The smallest number of joints of a limb.
 const LIMB: usize = 3;
 
+/// The largest height of the end of a standing limb above the lowest end, as a fraction of the leg. Arms end higher.
+const LOW: f64 = 0.2;
+
 /// The smallest set of bones of a humanoid, and of an upper body.
 const LEGS: [Bone; 6] = [
     Bone::LeftUpperLeg,
@@ -140,6 +143,12 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
         RobotBone { bone, link, joints, at }
     });
     Ok(bones.collect())
+}
+
+/// The legs of a robot, with all joints at 0: the moving links of each limb that ends at the level of the lowest limb,
+/// from the trunk outwards.
+pub fn standing_limbs(robot: &Robot) -> Vec<Vec<usize>> {
+    Tree::new(robot).standing_limbs()
 }
 
 /// A robot as a scene in metres, +Z up, with one node for each link. In the rest pose every joint is at 0. The links
@@ -235,6 +244,41 @@ impl<'a> Tree<'a> {
         limbs
     }
 
+    /// The limbs that end at the level of the lowest limb, with all joints at 0. Limbs of one trunk may share joints of
+    /// a spine.
+    fn standing_limbs(&self) -> Vec<Vec<usize>> {
+        let path = |leaf: usize| {
+            let mut path: Vec<usize> = std::iter::successors(Some(leaf), |link| self.robot.links[*link].parent)
+                .filter(|link| self.robot.links[*link].joint.moves() && *link != 0)
+                .collect();
+            path.reverse();
+            path
+        };
+        let leaves = (1..self.children.len()).filter(|link| self.robot.links[*link].joint.moves());
+        let leaves = leaves.filter(|link| self.children[*link].is_empty());
+        let mut paths: Vec<Vec<usize>> = leaves.map(path).filter(|path| path.len() >= LIMB).collect();
+        let end = |path: &[usize]| self.anchor(path[path.len() - 1]).z;
+        paths.sort_by(|a, b| end(a).total_cmp(&end(b)));
+        let shared = |a: &[usize], b: &[usize]| a.iter().zip(b).take_while(|(a, b)| a == b).count();
+        let mut limbs: Vec<Vec<usize>> = Vec::new();
+        for path in paths {
+            let is_apart = |limb: &Vec<usize>| path.len().min(limb.len()) >= shared(&path, limb) + LIMB;
+            if limbs.iter().all(is_apart) {
+                limbs.push(path);
+            }
+        }
+        let whole = limbs.clone();
+        for (index, limb) in limbs.iter_mut().enumerate() {
+            let others = whole.iter().enumerate().filter(|(other, _)| *other != index);
+            let common = others.map(|(_, other)| shared(&whole[index], other)).max().unwrap_or(0);
+            limb.drain(..common);
+        }
+        let Some(lowest) = limbs.first() else { return limbs };
+        let (level, leg) = (end(lowest), self.anchor(lowest[0]).z - end(lowest));
+        limbs.retain(|limb| end(limb) < level + LOW * leg && self.anchor(limb[0]).z > end(limb) + LOW * leg);
+        limbs
+    }
+
     /// The pairs of limbs, each with the left limb first. Pairs that begin at the end of another pair are fingers.
     fn pairs(&self, limbs: &[Limb], height: f64) -> Vec<[Limb; 2]> {
         let pairs = self.mirrored(limbs, height);
@@ -313,6 +357,11 @@ impl<'a> Tree<'a> {
         let height = high - low;
         let limbs = self.limbs();
         let pairs = self.pairs(&limbs, height);
+        let standing = self.standing_limbs();
+        if standing.len() > 2 {
+            let words = if standing.len() == 4 { "four" } else { "more than two" };
+            return Err(format!("it has {words} legs"));
+        }
         let reach = |pair: &[Limb; 2]| self.end(&pair[0]).z;
         let lowest = pairs.iter().filter(|pair| !self.is_arm(&pair[0]));
         let lowest = lowest.min_by(|a, b| reach(a).total_cmp(&reach(b)));
