@@ -9,6 +9,7 @@ use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_figure::Figure;
+use mocap_figure::rig::Rig;
 use mocap_figure::ticks::{Ticks, ticks};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::positive;
@@ -18,7 +19,9 @@ use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene, UpAxis};
 
+use super::measure::skin::{SkinnedMotion, examine};
 use super::quality::{ByNames, RetargetReport, verdict};
+use super::skin_report::SkinReport;
 use super::{Scale, no_animation};
 
 /// The smallest number of common joint names of two skeletons of one kind. Fewer may be chance.
@@ -41,10 +44,15 @@ pub(crate) struct CreatureRetargeter {
     scale: f32,
     /// The metres per unit of the target, divided by the metres per unit of the source.
     metres: f64,
+    /// The metres per unit of the target.
+    target_metres: f64,
     /// The height of the lowest joint: in the target at rest, and in the source in motion.
     lowest: (f32, f32),
     up: Vec3,
+    source_up: Vec3,
     found: ByNames,
+    /// The target with joints as children of the joints that they follow.
+    rig: Option<Box<Rig>>,
 }
 
 /// Two joints with the same name.
@@ -68,6 +76,8 @@ impl CreatureRetargeter {
         let creature = one_kind(source.1, target.1)?;
         let (from, to) = (source.1.survey.up.value, target.1.survey.up.value);
         let upright = rotation_of(&from_to(from, to));
+        let rig = Rig::new(target.0, &target.1.humanoid.follow).map(Box::new);
+        let target = (rig.as_deref().map_or(target.0, |rig| &rig.scene), target.1);
         let rests = (Pose::rest(source.0), Pose::rest(target.0));
         let (mut pairs, lacking) = pairs(source.0, target.0, (&rests.0, &rests.1));
         let all = pairs.len() + lacking.len();
@@ -106,17 +116,21 @@ impl CreatureRetargeter {
             to_target: (heading * upright).normalize(),
             scale: scale as f32,
             metres,
+            target_metres: target.1.survey.metres_per_unit,
             lowest: (
                 rest_height.fold(f32::INFINITY, f32::min),
                 lowest_in_motion(&pairs, source.0, source_up),
             ),
             up,
+            source_up,
             found: ByNames {
                 creature: creature.to_owned(),
                 joints: pairs.len(),
                 lacking,
+                by_parts: false,
             },
             pairs,
+            rig,
         })
     }
 
@@ -137,6 +151,7 @@ impl CreatureRetargeter {
         let Some(animation) = source.animations.get(index) else {
             return Err(no_animation(index, source));
         };
+        let target = self.rig.as_deref().map_or(target, |rig| &rig.scene);
         let all = ticks(animation);
         let binding = Binding::new(source, animation);
         let (mut from, mut to) = (Pose::rest(source), Pose::rest(target));
@@ -175,8 +190,46 @@ impl CreatureRetargeter {
             channels: channels.collect(),
         };
         moved.sort_channels();
-        let report = angles.report(self, animation, all.len());
+        let mut report = angles.report(self, animation, all.len());
+        report.skin = self.skin(source, animation, (target, &moved), &all);
+        report.verdict = verdict(&report);
+        if let Some(rig) = self.rig.as_deref() {
+            moved = rig.in_file(&moved);
+        }
         Ok((moved, report))
+    }
+
+    /// The skin of `moved`, an animation of the scene `target`.
+    fn skin(
+        &self,
+        source: &Scene,
+        animation: &Animation,
+        (target, moved): (&Scene, &Animation),
+        all: &[f64],
+    ) -> Option<SkinReport> {
+        let rest = Pose::rest(target);
+        let skins = target.own_meshes().filter(|mesh| !mesh.bones.is_empty());
+        let heights = skins.flat_map(|mesh| rest.skin(mesh)).map(|vertex| vertex.dot(self.up));
+        let motion = SkinnedMotion {
+            scene: target,
+            animation: moved,
+            up: self.up,
+            metres_per_unit: self.target_metres,
+            floor_at_rest: None,
+            floor: heights.fold(f32::INFINITY, f32::min),
+            joints: self.pairs.iter().map(|pair| pair.target).collect(),
+            person: None,
+        };
+        let binding = Binding::new(source, animation);
+        let mut from = Pose::rest(source);
+        examine(&motion, all, &mut |tick| {
+            from.sample(&binding, animation, tick);
+            let heights = self
+                .pairs
+                .iter()
+                .map(|pair| from.position(pair.source).dot(self.source_up));
+            self.scale * (self.lowest.1 - heights.fold(f32::INFINITY, f32::min)).max(0.0)
+        })
     }
 
     /// Sets the target to a pose of the source, stores the rotations, and returns the translation of the carrier.
@@ -232,7 +285,7 @@ fn one_kind(source: &Figure, target: &Figure) -> Result<&'static str> {
 }
 
 /// A name without its namespace, in lower case, of letters and digits.
-fn key(name: &str) -> String {
+pub(crate) fn key(name: &str) -> String {
     let own = name.rsplit([':', '|']).next().unwrap_or(name);
     own.chars()
         .filter(|c| c.is_alphanumeric())
@@ -368,13 +421,11 @@ impl Angles {
     fn report(&self, mover: &CreatureRetargeter, animation: &Animation, frames: usize) -> RetargetReport {
         let mean = self.sum / self.count.max(1) as f64;
         let scale = f64::from(mover.scale) * mover.metres;
-        let mut report = RetargetReport {
+        RetargetReport {
             mean_degrees: mean,
             max_degrees: self.largest,
             by_names: Some(mover.found.clone()),
             ..RetargetReport::of_limbs(animation.name.clone(), frames, scale, Vec::new())
-        };
-        report.verdict = verdict(&report);
-        report
+        }
     }
 }

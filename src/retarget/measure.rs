@@ -1,7 +1,7 @@
 //! Measures how well a motion on another skeleton follows its source, from the poses of both.
 
 mod hands_inside;
-mod skin;
+pub(crate) mod skin;
 
 use std::collections::BTreeMap;
 

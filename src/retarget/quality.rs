@@ -156,7 +156,7 @@ impl Verdict {
     }
 }
 
-/// The result of retargeting by joint names.
+/// The joints of a creature that are matched with joints of another creature.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -165,10 +165,14 @@ impl Verdict {
 pub struct ByNames {
     /// The kind of creature, such as `four-legged`.
     pub creature: String,
-    /// The number of joints of the target that have the name of a joint of the source.
+    /// The number of joints of the target that follow a joint of the source.
     pub joints: usize,
     /// The joints of the source that the target lacks.
     pub lacking: Vec<String>,
+    /// Whether joints are matched by the parts of the body: trunk, legs, neck, head and tail. Otherwise, they are
+    /// matched by their names.
+    #[serde(default)]
+    pub by_parts: bool,
 }
 
 /// The quality of a motion that was retargeted to another skeleton.
@@ -213,8 +217,9 @@ pub struct RetargetReport {
     /// joint that each follows.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub followers: BTreeMap<String, String>,
-    /// For creatures, which are matched by joint names. The angles are of all bones. The verdict is good for a mean
-    /// angle up to 15 degrees, and fair up to 30.
+    /// For creatures. If joints are matched by their names, the angles are of all bones. The verdict is then good for a
+    /// mean angle up to 15 degrees, and fair up to 30. Otherwise, the angles are of the segments of the legs, and the
+    /// limits are 5 and 10 degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_names: Option<ByNames>,
     /// Whether the motion is good enough to use unchanged. It is good if the mean angle of the limbs is within 1
@@ -279,6 +284,10 @@ const OF_LIMBS: (f64, f64) = (1.0, 3.0);
 /// differ more than people.
 const OF_CREATURES: (f64, f64) = (15.0, 30.0);
 
+/// The mean angles of the legs of animals up to which a motion is good and fair, in degrees. Legs of other proportions
+/// bend to keep paws on the ground.
+const OF_ANIMALS: (f64, f64) = (5.0, 10.0);
+
 /// The stretch of an edge of the skin up to which a motion is good and fair, as a fraction of the height. Intact rigs
 /// have 0.01 to 0.04. Stretched skins that look like ribbons have 0.25 and more.
 const OF_SKIN: (f64, f64) = (0.05, 0.1);
@@ -304,8 +313,10 @@ pub(super) fn verdict(report: &RetargetReport) -> Verdict {
 
 /// The defects of a motion, each with its own verdict.
 fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
-    let (what, bounds) = match report.by_names {
-        Some(_) => ("bone", OF_CREATURES),
+    let is_by_names = report.by_names.as_ref().map(|names| !names.by_parts);
+    let (what, bounds) = match is_by_names {
+        Some(true) => ("bone", OF_CREATURES),
+        Some(false) => ("limb", OF_ANIMALS),
         None => ("limb", OF_LIMBS),
     };
     let mean_degrees = report
@@ -317,7 +328,7 @@ fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
     if let Some(worst) = report.limbs.iter().max_by(worst) {
         limbs += &format!(", {} {:.1}", worst.bone.as_str(), worst.mean_degrees);
     }
-    let mut findings = vec![match report.limbs.is_empty() && report.by_names.is_none() {
+    let mut findings = vec![match report.limbs.is_empty() && is_by_names != Some(true) {
         true => (Verdict::Poor, "no limb of both bodies could be compared".to_owned()),
         false => (graded(mean_degrees, bounds), limbs),
     }];

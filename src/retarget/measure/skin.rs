@@ -2,10 +2,11 @@
 //!
 //! This module does not use the bones, so it also detects an error in the map of the bones.
 
-use glam::{Mat4, Vec4};
+use glam::{Mat4, Vec3, Vec4};
+use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Mesh, NodeId, Scene};
+use mocap_scene::scene::{Animation, Mesh, NodeId, Scene};
 
 use super::Moving;
 use super::hands_inside::Hand;
@@ -36,9 +37,52 @@ struct Skin<'a> {
     edges: Vec<Edge>,
 }
 
-/// `None` if the target has no skin.
+/// A motion whose skin is examined.
+pub(crate) struct SkinnedMotion<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) animation: &'a Animation,
+    pub(crate) up: Vec3,
+    pub(crate) metres_per_unit: f64,
+    /// The height of the floor at rest. `None` if the lowest vertex at rest is on the floor.
+    pub(crate) floor_at_rest: Option<f32>,
+    /// The height of the floor in the motion.
+    pub(crate) floor: f32,
+    /// The joints of the body.
+    pub(crate) joints: Vec<NodeId>,
+    /// A person, whose hands are examined.
+    pub(crate) person: Option<&'a Body>,
+}
+
+/// The skin of a person; `None` if the target has no skin.
 pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: &Root) -> Option<SkinReport> {
-    let up = target.body.up();
+    let floor_of_source = root.source_ankle - ground::ankle(source.body);
+    let binding = Binding::new(source.scene, source.animation);
+    let mut was = Pose::rest(source.scene);
+    let mut depth_of_source = |tick: f64| {
+        was.sample(&binding, source.animation, tick);
+        (floor_of_source - source.lowest_joint(&was)).max(0.0) * root.height_scale
+    };
+    let motion = SkinnedMotion {
+        scene: target.scene,
+        animation: target.animation,
+        up: target.body.up(),
+        metres_per_unit: target.body.metres_per_unit,
+        floor_at_rest: Some(ground::floor(target.body)),
+        floor: root.target_ankle - ground::ankle(target.body),
+        joints: target.body.bones.values().copied().collect(),
+        person: Some(target.body),
+    };
+    examine(&motion, ticks, &mut depth_of_source)
+}
+
+/// Examines the skin at these ticks. `depth_of_source` is the depth of the source below its own floor, in units of the
+/// target. `None` without a skin.
+pub(crate) fn examine(
+    target: &SkinnedMotion<'_>,
+    ticks: &[f64],
+    depth_of_source: &mut dyn FnMut(f64) -> f32,
+) -> Option<SkinReport> {
+    let up = target.up;
     let rest = Pose::rest(target.scene);
     let (mut skins, mut extent) = (Vec::new(), None);
     for mesh in target.scene.own_meshes().filter(|mesh| !mesh.bones.is_empty()) {
@@ -72,20 +116,23 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
     if !(height.is_finite() && height > 0.0) {
         return None;
     }
-    let floor = root.target_ankle - ground::ankle(target.body);
     let lowest_at_rest = skins
         .iter()
         .flat_map(|skin| rest.skin(skin.mesh))
         .map(|vertex| vertex.dot(up));
+    let lowest_at_rest = lowest_at_rest.fold(f32::INFINITY, f32::min);
     // At rest, the skin of a sole may be below the floor.
-    let sole = (lowest_at_rest.fold(f32::INFINITY, f32::min) - ground::floor(target.body)).min(0.0);
-    let floor_of_source = root.source_ankle - ground::ankle(source.body);
-    let metres = target.body.metres_per_unit;
+    let sole = target
+        .floor_at_rest
+        .map_or(0.0, |floor| (lowest_at_rest - floor).min(0.0));
+    let metres = target.metres_per_unit;
     let meshes: Vec<&Mesh> = skins.iter().map(|skin| skin.mesh).collect();
     let at_rest: Vec<_> = meshes.iter().map(|mesh| rest.skin(mesh)).collect();
-    let hands = Hand::of(target.scene, target.body, &meshes, &at_rest);
-    let bindings = [source, target].map(|moving| Binding::new(moving.scene, moving.animation));
-    let (mut was, mut is) = (Pose::rest(source.scene), rest);
+    let hands = target
+        .person
+        .map_or(Vec::new(), |body| Hand::of(target.scene, body, &meshes, &at_rest));
+    let binding = Binding::new(target.scene, target.animation);
+    let mut is = rest;
     let mut report = SkinReport {
         height: metres * f64::from(height),
         uneven_joint: uneven_joint(target),
@@ -94,8 +141,7 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
     let (mut stretched, mut count, mut worst) = (0_usize, 0_usize, None);
     let (mut looks, mut inside) = (0_usize, 0_usize);
     for &tick in ticks.iter().step_by(ticks.len().div_ceil(LOOKS).max(1)) {
-        was.sample(&bindings[0], source.animation, tick);
-        is.sample(&bindings[1], target.animation, tick);
+        is.sample(&binding, target.animation, tick);
         let mut lowest = f32::INFINITY;
         let posed: Vec<_> = meshes.iter().map(|mesh| is.skin(mesh)).collect();
         if hands.iter().any(|hand| hand.is_inside(&posed)) {
@@ -116,9 +162,7 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
             }
             count += skin.edges.len();
         }
-        let heights = source.lowest_joint(&was);
-        let below_of_source = (floor_of_source - heights).max(0.0) * root.height_scale;
-        let below = metres * f64::from(floor + sole - lowest - below_of_source);
+        let below = metres * f64::from(target.floor + sole - lowest - depth_of_source(tick));
         if below > report.below_floor {
             (report.below_floor, report.floor_tick) = (below, tick);
         }
@@ -133,8 +177,8 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
 }
 
 /// The first node, from the root down to a bone, whose scale is mirrored or not uniform.
-fn uneven_joint(target: &Moving<'_>) -> Option<String> {
-    let bones: Vec<NodeId> = target.body.bones.values().copied().collect();
+fn uneven_joint(target: &SkinnedMotion<'_>) -> Option<String> {
+    let bones = &target.joints;
     let nodes = &target.scene.nodes;
     let carries = |node: usize| {
         let above = |bone: &NodeId| std::iter::successors(Some(*bone), |node| nodes[node.index()].parent);

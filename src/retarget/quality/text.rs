@@ -21,7 +21,8 @@ impl fmt::Display for RetargetReport {
         if self.frames == 0 && self.verdict == Verdict::Good {
             return write!(f, "{clip}: a face without a body");
         }
-        let what = if self.by_names.is_some() { "bone" } else { "limb" };
+        let is_by_names = self.by_names.as_ref().is_some_and(|names| !names.by_parts);
+        let what = if is_by_names { "bone" } else { "limb" };
         write!(
             f,
             "{clip}: mean {what} error {:.2} degrees, {:.2} at most, in {} frames: {verdict}; path scaled by {:.3}",
@@ -44,9 +45,10 @@ impl fmt::Display for RetargetReport {
                 lacking => format!("; the target lacks {}", lacking.join(", ")),
             };
             let (creature, joints) = (&names.creature, names.joints);
+            let by = if names.by_parts { "part of the body" } else { "name" };
             write!(
                 f,
-                "\n{clip}: both are {creature}; {joints} joints are matched by name{lacking}"
+                "\n{clip}: both are {creature}; {joints} joints are matched by {by}{lacking}"
             )?;
         }
         for seen in self.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
