@@ -25,6 +25,7 @@ pub use self::options::RetargetOptions;
 use self::source::{Mover, SourceMotions};
 pub use self::source::{SourceMotion, whole};
 pub use self::target::Target;
+use crate::animal::AnimalRetargeter;
 use crate::robot::four_legs::has_four_legs;
 use crate::robot::quadruped::QuadrupedRetargeter;
 use crate::robot::report::{Floor, RobotReport};
@@ -267,8 +268,14 @@ impl Retargeter {
                 match figure.humanoid.creature {
                     Some(_) => {
                         let figures = ((scene, &from), (&*target, &figure));
-                        let creatures = CreatureRetargeter::new(figures.0, figures.1, self.options.scale)?;
-                        Mover::Creature(Box::new(creatures))
+                        let options = (self.options.scale, self.options.lock_feet);
+                        match AnimalRetargeter::new(figures.0, figures.1, options.0, options.1)? {
+                            Some(animal) => Mover::Animal(Box::new(animal)),
+                            None => {
+                                let creatures = CreatureRetargeter::new(figures.0, figures.1, options.0)?;
+                                Mover::Creature(Box::new(creatures))
+                            }
+                        }
                     }
                     None => {
                         let figures = ((scene, from), (&*target, figure));
@@ -342,6 +349,11 @@ impl Retargeter {
                     provenance.losses.push(DataLoss::new(DataKind::MovingJoints, lost));
                 }
                 (RetargetedClip::of_body(animation, report), step)
+            }
+            (Mover::Animal(retargeter), target) => {
+                let target = target.scene();
+                let (animation, report) = retargeter.clip(source, index, &target)?;
+                (RetargetedClip::of_body(animation, report), retargeter.step(&target))
             }
             (Mover::Creature(retargeter), target) => {
                 let target = target.scene();

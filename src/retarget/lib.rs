@@ -48,6 +48,7 @@
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 mod above_floor;
+mod animal;
 mod by_names;
 mod clip;
 mod feet;

@@ -7,6 +7,7 @@ use mocap_figure::{Figure, Humanoid, is_at_rest_alike};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Assumption, Scene};
 
+use crate::animal::AnimalRetargeter;
 use crate::robot::RobotRetargeter;
 use crate::robot::quadruped::QuadrupedRetargeter;
 use crate::{CreatureRetargeter, PoseRetargeter};
@@ -146,6 +147,7 @@ pub(super) struct SourceMotions {
 #[derive(Clone, Debug)]
 pub(super) enum Mover {
     Body(Box<PoseRetargeter>),
+    Animal(Box<AnimalRetargeter>),
     Creature(Box<CreatureRetargeter>),
     Robot(Box<RobotRetargeter>),
     Quadruped(Box<QuadrupedRetargeter>),

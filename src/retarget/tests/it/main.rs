@@ -1,6 +1,7 @@
 //! The integration tests of retargeting: one program, because linking is slow, with one module per subject.
 
 mod above_floor;
+mod animals;
 mod armatures;
 mod characters;
 mod constant;
