@@ -20,7 +20,6 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-mod animal;
 #[doc(hidden)]
 pub(crate) mod band;
 #[doc(hidden)]

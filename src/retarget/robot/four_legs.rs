@@ -1,14 +1,25 @@
 //! Finds the four legs of a robot, by the shape of its tree.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
+use mocap_figure::animal::AnimalFrame;
 use mocap_figure::robot_bones::sole::{SoleBall, lowest_point, sole};
+use mocap_figure::robot_bones::standing_limbs;
+use mocap_scene::scene::HumanoidBone as Bone;
 use mocap_scene::scene::robot::Robot;
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::solver::Bounds;
+use crate::animal::SEGMENTS;
 
-/// The number of joints of a leg: one that spreads the leg, one that swings it, a knee, and in some robots one more.
-const JOINTS: std::ops::RangeInclusive<usize> = 3..=4;
+/// The smallest distance between the hips of front and hind legs, as a fraction of the leg. Legs of insects begin at
+/// one place.
+const APART: f64 = 0.4;
+
+/// The smallest part of a joint's axis that points sideways, as a cosine, if the joint swings the leg or bends it.
+const SIDEWAYS: f64 = 0.8;
+
+/// The smallest distance between two joints that bend a leg, as a fraction of the leg.
+const BETWEEN: f64 = 0.08;
 
 /// The number of steps in which the range of a joint is searched, of at most 7.5 degrees.
 const STEPS: usize = 48;
@@ -30,11 +41,23 @@ const ENOUGH: f64 = 0.5;
 /// side.
 const NOT_STRAIGHT: f64 = 0.05;
 
+/// The humanoid bones that stand for the legs of animals: front legs are arms.
+const BONES: [Bone; 4] = [
+    Bone::LeftUpperArm,
+    Bone::RightUpperArm,
+    Bone::LeftUpperLeg,
+    Bone::RightUpperLeg,
+];
+
 /// A leg of a robot.
 #[derive(Clone, Debug)]
 pub(super) struct RobotLeg {
-    /// The bodies of the leg's joints, from the base outwards.
+    /// The bodies of the leg's joints, from the trunk outwards.
     pub(super) bodies: Vec<usize>,
+    /// The bodies of the joint that swings the leg, and of the knee.
+    bends: [usize; 2],
+    /// The lower parts of a leg with the joints of an animal.
+    pub(super) of_animal: Option<AnimalLeg>,
     /// The position of the joint that swings the leg, with all joints at 0, in the frame of the base.
     pub(super) hip: DVec3,
     /// The middle of the sole, in the frame of the last body.
@@ -63,14 +86,52 @@ impl RobotLeg {
         self.foot_in(pose).z - self.sole_height(pose)
     }
 
+    /// The leg with the joints of an animal, and the directions of thigh, shin and foot of the leg `index` of an animal.
+    pub(super) fn segments(&self, frame: &AnimalFrame, index: usize) -> Option<(&AnimalLeg, [DVec3; 3])> {
+        let joints = [
+            frame.hips[index],
+            frame.knees[index],
+            frame.ankles[index]?,
+            frame.paws[index],
+        ];
+        let direction = |part: usize| (joints[part + 1] - joints[part]).normalize_or_zero();
+        Some((self.of_animal.as_ref()?, std::array::from_fn(direction)))
+    }
+
+    /// The bones of a report with their directions on the robot, and on the leg `index` of the animal.
+    pub(super) fn directions(&self, pose: &RobotPose, frame: &AnimalFrame, index: usize) -> Vec<(Bone, DVec3, DVec3)> {
+        let Some((leg, directions)) = self.segments(frame, index) else {
+            let is = pose.root.to_inner(self.foot_in(pose)) - self.hip;
+            return vec![(BONES[index], is, frame.leg(index))];
+        };
+        let at = leg.parts.map(|(body, point)| pose.bodies[body].point(point));
+        let parts = directions.into_iter().enumerate();
+        parts
+            .map(|(part, was)| (SEGMENTS[index][part], at[part + 1] - at[part], was))
+            .collect()
+    }
+
     pub(super) fn body(&self) -> usize {
         self.bodies[self.bodies.len() - 1]
     }
 
     /// The indices of two positions: of the joint that swings the leg, and of the knee.
     pub(super) fn hinges(&self) -> [usize; 2] {
-        [self.bodies[1] - 1, self.bodies[2] - 1]
+        self.bends.map(|body| body - 1)
     }
+}
+
+/// A leg with the joints of an animal: below the knee, an ankle and a paw bend.
+#[derive(Clone, Debug)]
+pub(super) struct AnimalLeg {
+    /// The bodies that begin at the hip, the knee, the ankle and the paw, each with the point of its joint.
+    pub(super) parts: [(usize, DVec3); 4],
+    /// The lengths from each joint to the next.
+    pub(super) lengths: [f64; 3],
+    /// The vector from the paw to the middle of the sole, with all joints at 0.
+    pub(super) sole: DVec3,
+    /// The bodies of the trunk and of the girdle that carry the leg, with their rotations with all joints at 0.
+    pub(super) carriers: Vec<(usize, DQuat)>,
 }
 
 /// The four legs of a robot: the left and the right front leg, the left and the right hind leg.
@@ -93,17 +154,14 @@ impl RobotLegs {
         let mut zero = rest.clone();
         zero.positions.fill(0.0);
         kinematics.update(&mut zero);
-        let count = kinematics.bodies.len();
-        let is_leaf = |body: &usize| !(1..count).any(|other| kinematics.bodies[other].parent == *body);
-        let chains = (1..count)
-            .filter(is_leaf)
-            .map(|body| kinematics.bodies[body].chain.clone());
-        let mut chains: Vec<Vec<usize>> = chains.filter(|chain| JOINTS.contains(&chain.len())).collect();
+        let limbs = standing_limbs(robot);
+        let chains = limbs
+            .iter()
+            .map(|limb| limb.iter().map(|link| kinematics.body_of(*link).0).collect());
+        let chains: Vec<Vec<usize>> = chains.collect();
         let end = |chain: &[usize]| kinematics.axis(&zero, chain[chain.len() - 1]).1;
-        // An arm on the robot's back ends higher than the legs.
-        chains.sort_by(|a, b| end(a).z.total_cmp(&end(b).z));
-        chains.truncate(4);
-        let hip = |chain: &[usize]| kinematics.axis(&zero, chain[1]).1;
+        let joints = |chain: &[usize]| bending(kinematics, &zero, chain);
+        let hip = |chain: &[usize]| kinematics.axis(&zero, joints(chain)[0]).1;
         let mut chains: [Vec<usize>; 4] = chains.try_into().ok()?;
         // +X is forward and +Y left, by the convention of ROS.
         chains.sort_by(|a, b| hip(b).x.total_cmp(&hip(a).x));
@@ -111,7 +169,11 @@ impl RobotLegs {
             pair.sort_by(|a, b| hip(b).y.total_cmp(&hip(a).y));
         }
         let hips = chains.each_ref().map(|chain| hip(chain));
-        let stands_apart = hips[0].x.min(hips[1].x) > hips[2].x.max(hips[3].x)
+        let leg = (0..4)
+            .map(|index| hips[index].distance(end(&chains[index])))
+            .sum::<f64>()
+            / 4.0;
+        let stands_apart = hips[0].x.min(hips[1].x) > hips[2].x.max(hips[3].x) + APART * leg
             && hips[0].y.min(hips[2].y) > hips[1].y.max(hips[3].y)
             && chains.iter().zip(hips).all(|(chain, hip)| end(chain).z < hip.z);
         if !stands_apart {
@@ -126,9 +188,22 @@ impl RobotLegs {
             let length = hip.distance(end(&chain)) * 2.0;
             let found = sole(robot, moving[last - 1], &transforms, end(&chain), length);
             let centres = found.balls.iter().map(|ball| ball.centre);
+            let foot = centres.sum::<DVec3>() / found.balls.len().max(1) as f64;
+            let joints = joints(&chain);
+            let of_animal = <[usize; 4]>::try_from(joints.as_slice()).ok().map(|bodies| {
+                let at = bodies.map(|body| kinematics.axis(&zero, body).1);
+                AnimalLeg {
+                    parts: std::array::from_fn(|part| (bodies[part], zero.bodies[bodies[part]].to_inner(at[part]))),
+                    lengths: std::array::from_fn(|part| at[part].distance(at[part + 1])),
+                    sole: zero.bodies[last].point(foot) - at[3],
+                    carriers: carriers(kinematics, &zero, &chain, at[0]),
+                }
+            });
             RobotLeg {
                 hip,
-                foot: centres.sum::<DVec3>() / found.balls.len().max(1) as f64,
+                bends: [joints[0], joints[1]],
+                of_animal,
+                foot,
                 sole: found.balls,
                 is_shown: found.is_shown,
                 reach: 0.0,
@@ -142,7 +217,10 @@ impl RobotLegs {
         };
         for index in 0..found.legs.len() {
             found.legs[index].below_foot = found.legs[index].foot_above_sole(&zero);
-            found.legs[index].reach = found.bend(kinematics, &zero, index, &mut bounds);
+            found.legs[index].reach = match &found.legs[index].of_animal {
+                Some(leg) => leg.lengths.iter().sum::<f64>() + leg.sole.length(),
+                None => found.bend(kinematics, &zero, index, &mut bounds),
+            };
         }
         found.bounds = bounds;
         Some(found)
@@ -217,6 +295,38 @@ impl RobotLegs {
         }
         kinematics.update(pose);
     }
+}
+
+/// The bodies of the joints that bend a leg: the joint that swings the leg, and the knee. For a leg with the joints of
+/// an animal, also the ankle and the paw. A girdle above the hip is left out.
+fn bending(kinematics: &Kinematics, zero: &RobotPose, chain: &[usize]) -> Vec<usize> {
+    let axis = |body: usize| kinematics.axis(zero, body);
+    let length = axis(chain[0]).1.distance(axis(chain[chain.len() - 1]).1);
+    let mut found: Vec<usize> = Vec::new();
+    for &body in chain {
+        let is_apart = |before: &usize| axis(*before).1.distance(axis(body).1) > BETWEEN * length;
+        if axis(body).0.y.abs() > SIDEWAYS && found.last().is_none_or(is_apart) {
+            found.push(body);
+        }
+    }
+    match found.len() {
+        0 | 1 => vec![chain[1], chain[2]],
+        2 | 3 => found[..2].to_vec(),
+        count => found[count - 4..].to_vec(),
+    }
+}
+
+/// The moving bodies that end at the beginning of a limb and at the hip.
+fn carriers(kinematics: &Kinematics, zero: &RobotPose, chain: &[usize], hip: DVec3) -> Vec<(usize, DQuat)> {
+    let length = hip.distance(kinematics.axis(zero, chain[chain.len() - 1]).1);
+    let is_above = |body: &&usize| kinematics.axis(zero, **body).1.distance(hip) > BETWEEN * length;
+    let girdle = chain.iter().take_while(is_above).last();
+    let parent = kinematics.bodies[chain[0]].parent;
+    let found = [Some(parent), girdle.copied()].into_iter().flatten();
+    found
+        .filter(|body| *body != 0)
+        .map(|body| (body, zero.bodies[body].rotation))
+        .collect()
 }
 
 /// The searched range of a position.

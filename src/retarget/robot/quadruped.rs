@@ -6,6 +6,7 @@
 
 use glam::{DQuat, DVec3};
 use mocap_figure::Figure;
+use mocap_figure::animal::{AnimalFrame, AnimalTrack, RETURN, shifts};
 use mocap_figure::report::Quadruped;
 use mocap_figure::robot_bones::sole::SoleBall;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -13,11 +14,10 @@ use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, Scene};
 
-use super::animal::{AnimalFrame, AnimalTrack};
 use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::floor::{Floor, smooth};
-use super::four_legs::RobotLegs;
+use super::four_legs::{RobotLeg, RobotLegs};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::{SoleSpeed, raised, standing};
 use super::motion::{RobotMotion, rate};
@@ -35,6 +35,12 @@ const BASE: f64 = 3.0;
 /// The weight of a foot's position, in 1/m^2. At the end of a leg, it outweighs the base.
 const FOOT: f64 = 300.0;
 
+/// The weight of the position of a knee or an ankle, in 1/m^2: a tenth of a foot's weight.
+const JOINT: f64 = 30.0;
+
+/// The weight of the rotation of a part that carries a leg, in 1/rad^2: a spine or a girdle stays as it is at rest.
+const CARRIER: f64 = 30.0;
+
 /// The weight of the change of a joint from the previous frame, in 1/rad^2. It decides only what the feet leave
 /// undetermined.
 const HOLD: f64 = 1e-3;
@@ -45,9 +51,6 @@ const SMOOTH_BASE: f64 = 0.04;
 /// The length of a robot's legs that is compared with an animal's legs, as a fraction of the straight leg. Robots stand
 /// with bent knees. With 0.83, paths are as long as in a dog's takes that their authors retargeted to their robot.
 const STANDING: f64 = 0.83;
-
-/// The time in which a foot in the air returns to its paw, in seconds: half of a step.
-const RETURN: f64 = 0.2;
 
 /// The largest distance of a held foot from its paw, as a fraction of the leg. Bends of the spine move paws this far.
 const FARTHEST_HELD: f64 = 0.3;
@@ -64,14 +67,6 @@ const FASTEST: f64 = 25.0;
 
 /// The parts of the motion that a robot with four legs does not perform.
 const LEFT_OUT: &str = "neck, head, tail and bends of the spine";
-
-/// The humanoid bones that stand for the legs of animals: front legs are arms.
-const BONES: [Bone; 4] = [
-    Bone::LeftUpperArm,
-    Bone::RightUpperArm,
-    Bone::LeftUpperLeg,
-    Bone::RightUpperLeg,
-];
 
 /// Retargets the motions of one animal to a robot with four legs.
 #[derive(Clone, Debug)]
@@ -90,6 +85,8 @@ pub(crate) struct QuadrupedRetargeter {
 struct Wanted {
     base: Placement,
     feet: [DVec3; 4],
+    /// The knee and the ankle of each leg with the joints of an animal.
+    joints: [Option<[DVec3; 2]>; 4],
 }
 
 impl QuadrupedRetargeter {
@@ -167,8 +164,12 @@ impl QuadrupedRetargeter {
 
     /// The factors of heights and steps relative to the source.
     fn scales(&self, track: &AnimalTrack) -> (f64, f64) {
-        let reach = 0.25 * self.legs.legs.iter().map(|leg| leg.reach).sum::<f64>();
-        let by_legs = STANDING * reach / track.leg.max(f64::EPSILON);
+        let of_leg = |(index, leg): (usize, &RobotLeg)| match leg.segments(&track.frames[0], index) {
+            Some((leg, _)) => leg.lengths.iter().sum(),
+            None => STANDING * leg.reach,
+        };
+        let length = 0.25 * self.legs.legs.iter().enumerate().map(of_leg).sum::<f64>();
+        let by_legs = length / track.leg.max(f64::EPSILON);
         let steps = match self.options.scale {
             Scale::Auto => by_legs,
             Scale::None => 1.0,
@@ -207,7 +208,9 @@ impl QuadrupedRetargeter {
             let values: Vec<f64> = middles.iter().map(|middle| middle[axis]).collect();
             smooth(&values, deviation)
         });
-        let radius = 0.25 * legs.iter().map(|leg| leg.below_foot).sum::<f64>();
+        // The height of paws above the floor.
+        let below = |leg: &RobotLeg| leg.below_foot - leg.of_animal.as_ref().map_or(0.0, |leg| leg.sole.z);
+        let radius = 0.25 * legs.iter().map(below).sum::<f64>();
         frames
             .enumerate()
             .map(|(at, frame)| {
@@ -217,14 +220,23 @@ impl QuadrupedRetargeter {
                     rotation,
                     translation: middle - rotation * hips,
                 };
+                let mut joints = [None; 4];
                 let feet = std::array::from_fn(|index| {
                     let hip = base.point(legs[index].hip);
-                    let paw = along * (frame.paws[index] - frame.hips[index]);
+                    let paw = match legs[index].segments(frame, index) {
+                        Some((leg, [thigh, shin, foot])) => {
+                            let knee = leg.lengths[0] * thigh;
+                            let ankle = knee + leg.lengths[1] * shin;
+                            joints[index] = Some([hip + knee, hip + ankle]);
+                            ankle + leg.lengths[2] * foot + rotation * leg.sole
+                        }
+                        None => along * (frame.paws[index] - frame.hips[index]),
+                    };
                     let rise = height * (frame.paws[index].z - track.ground[index]);
                     let z = legs[index].below_foot + floor + rise;
                     within(hip, (hip + paw).with_z(z), legs[index].reach)
                 });
-                Wanted { base, feet }
+                Wanted { base, feet, joints }
             })
             .collect()
     }
@@ -242,42 +254,12 @@ impl QuadrupedRetargeter {
     /// Keeps feet in stance at their place. The shift fades out in the air.
     fn hold(&self, track: &AnimalTrack, fps: f64, wanted: &mut [Wanted]) {
         let floor = self.floor(track);
-        let fade = (RETURN * fps).round().max(1.0);
         for (index, leg) in self.legs.legs.iter().enumerate() {
             let ground = leg.below_foot + floor;
             let stands: Vec<bool> = track.contacts.iter().map(|contacts| contacts[index]).collect();
-            let mut shift = vec![DVec3::ZERO; wanted.len()];
-            let mut begin = 0;
-            for run in stands.chunk_by(PartialEq::eq) {
-                let frames = begin..begin + run.len();
-                begin = frames.end;
-                if !run[0] {
-                    continue;
-                }
-                let sum: DVec3 = wanted[frames.clone()].iter().map(|wanted| wanted.feet[index]).sum();
-                let anchor = (sum / run.len() as f64).with_z(ground);
-                let most = FARTHEST_HELD * leg.reach;
-                let of_frame = |frame: usize| (anchor - wanted[frame].feet[index]).clamp_length_max(most);
-                for frame in frames.clone() {
-                    shift[frame] = of_frame(frame);
-                }
-                // The frames in the air on both sides of the stance.
-                let before = (0..frames.start).rev().take_while(|frame| !stands[*frame]);
-                let after = (frames.end..stands.len()).take_while(|frame| !stands[*frame]);
-                let sides: [(usize, Vec<usize>); 2] =
-                    [(frames.start, before.collect()), (frames.end - 1, after.collect())];
-                for (edge, air) in sides {
-                    let length = fade.min(air.len() as f64 + 1.0);
-                    for (step, frame) in air.into_iter().enumerate() {
-                        let along = (step as f64 + 1.0) / length;
-                        if along < 1.0 {
-                            let weight = 1.0 - along * along * (3.0 - 2.0 * along);
-                            shift[frame] += weight * of_frame(edge);
-                        }
-                    }
-                }
-            }
-            for (wanted, shift) in wanted.iter_mut().zip(shift) {
+            let feet: Vec<DVec3> = wanted.iter().map(|wanted| wanted.feet[index]).collect();
+            let shifts = shifts(&stands, &feet, Some(ground), FARTHEST_HELD * leg.reach, RETURN * fps);
+            for (wanted, shift) in wanted.iter_mut().zip(shifts) {
                 wanted.feet[index] += shift;
                 wanted.feet[index].z = wanted.feet[index].z.max(ground);
             }
@@ -307,6 +289,31 @@ impl QuadrupedRetargeter {
         goals
             .reaches
             .extend(legs.iter().map(|leg| reach(leg.body(), leg.foot, FOOT)));
+        let mut carriers: Vec<DQuat> = Vec::new();
+        for leg in legs.iter().filter_map(|leg| leg.of_animal.as_ref()) {
+            for &(body, rotation) in &leg.carriers {
+                carriers.push(rotation);
+                goals.rotations.push(RotationGoal {
+                    body,
+                    weight_axes: DQuat::IDENTITY,
+                    weights: DVec3::splat(CARRIER),
+                    target: rotation,
+                });
+            }
+        }
+        for (leg, joints) in legs
+            .iter()
+            .zip(wanted.first().map_or([None; 4], |wanted| wanted.joints))
+        {
+            let parts = leg
+                .of_animal
+                .iter()
+                .filter(|_| joints.is_some())
+                .flat_map(|leg| &leg.parts[1..3]);
+            goals
+                .reaches
+                .extend(parts.map(|(body, point)| reach(*body, *point, JOINT)));
+        }
         let mut solver = Solver::new(Terms::new(&self.kinematics, &goals), HOLD);
         let mut pose = self.kinematics.rest();
         // The extra depth of a sole's lowest point below the goal of its middle, compared with a straight leg.
@@ -316,6 +323,13 @@ impl QuadrupedRetargeter {
             goals.reaches[0].target = wanted.base.point(hips);
             for (index, foot) in wanted.feet.iter().enumerate() {
                 goals.reaches[index + 1].target = *foot + sunk[index] * DVec3::Z;
+            }
+            for (goal, rotation) in goals.rotations[1..].iter_mut().zip(&carriers) {
+                goal.target = wanted.base.rotation * *rotation;
+            }
+            let joints = wanted.joints.iter().flatten().flatten();
+            for (reach, joint) in goals.reaches[5..].iter_mut().zip(joints) {
+                reach.target = *joint;
             }
             if frame == 0 {
                 pose.root = wanted.base;
@@ -367,31 +381,38 @@ impl QuadrupedRetargeter {
     /// The report of a motion. `steps` is the factor of its steps relative to the source.
     fn report(&self, track: &AnimalTrack, motion: &RobotMotion, steps: f64) -> RobotReport {
         let legs = &self.legs.legs;
-        let mut errors = [(0.0, 0.0_f64, 0_usize); 4];
+        let mut limbs: Vec<LimbError> = Vec::new();
         let mut speed = SoleSpeed::<4>::new(motion.fps);
+        let frames = motion.frames().max(1) as f64;
         self.poses(motion, |frame, pose| {
             let stands = |frame: usize, index: usize| track.contacts[frame][index];
+            let mut at = 0;
+            let mut add = |bone: Bone, is: DVec3, was: DVec3| {
+                let angle = is.angle_between(was).to_degrees();
+                if frame == 0 {
+                    limbs.push(LimbError {
+                        bone,
+                        mean_degrees: 0.0,
+                        max_degrees: 0.0,
+                        tick: 0.0,
+                    });
+                }
+                let limb = &mut limbs[at];
+                limb.mean_degrees += angle / frames;
+                if angle > limb.max_degrees {
+                    (limb.max_degrees, limb.tick) = (angle, frame as f64);
+                }
+                at += 1;
+            };
             for (index, leg) in legs.iter().enumerate() {
-                let is = pose.root.to_inner(leg.foot_in(pose)) - leg.hip;
-                let angle = is.angle_between(track.frames[frame].leg(index)).to_degrees();
-                let (sum, most, at) = &mut errors[index];
-                *sum += angle;
-                if angle > *most {
-                    (*most, *at) = (angle, frame);
+                for (bone, is, was) in leg.directions(pose, &track.frames[frame], index) {
+                    add(bone, is, was);
                 }
                 let points = leg.sole.iter().map(|ball| pose.bodies[leg.body()].point(ball.centre));
                 let is_held = frame > 0 && stands(frame, index) && stands(frame - 1, index);
                 speed.add(index, points.collect(), is_held);
             }
         });
-        let frames = motion.frames().max(1) as f64;
-        let limbs = BONES.into_iter().zip(errors).map(|(bone, (sum, most, at))| LimbError {
-            bone,
-            mean_degrees: sum / frames,
-            max_degrees: most,
-            tick: at as f64,
-        });
-        let limbs: Vec<LimbError> = limbs.collect();
         let heights = self.heights(motion);
         let guessed = legs.iter().filter(|leg| !leg.is_shown).map(|leg| {
             let link = self.robot.moving_joints()[leg.body() - 1];
