@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 use mocap_figure::body::Body;
-use mocap_figure::{Figure, Humanoid, HumanoidBone, Side};
+use mocap_figure::report::Quadruped;
+use mocap_figure::{Creature, Figure, Humanoid, HumanoidBone, Side};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::pose::Pose;
@@ -25,6 +26,17 @@ pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figur
         return Err(Diagnostic::new(Code::NotHumanoid, message).into());
     }
     Ok(Figure::with_bones(scene, humanoid))
+}
+
+/// The figure of a scene whose body is an animal on four legs, and its parts.
+pub(super) fn animal_of(scene: &Scene, known: Option<&Humanoid>) -> Option<(Figure, Quadruped)> {
+    let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
+    if humanoid.creature != Some(Creature::FourLegged) {
+        return None;
+    }
+    let figure = Figure::with_bones(scene, humanoid);
+    let animal = figure.quadruped(scene)?.clone();
+    Some((figure, animal))
 }
 
 /// The body of a scene, which has to be a humanoid: its figure, and the frames of its bones in the T-pose.

@@ -9,6 +9,7 @@
 //! that is too short. Here the hips give way instead, and bones keep their lengths. Nearly straight legs need this
 //! most: one millimetre at the foot moves their knees by centimetres.
 
+mod animal;
 mod follow;
 mod hips;
 mod hold;
@@ -35,7 +36,7 @@ use self::legs::Legs;
 #[doc(hidden)]
 pub use self::sole::SolePoint;
 pub use self::weights::FootLockWeights;
-use super::body::figure_of;
+use super::body::{animal_of, figure_of};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 
 /// Options of [`foot_lock()`].
@@ -133,6 +134,9 @@ pub struct FootLockReport {
 /// Removes the foot sliding of `animation`, an index into the animations of `scene`, and keeps the feet above the
 /// floor. Bones keep their lengths.
 ///
+/// For an animal on four legs, only `blend` counts: paws in stance are held at their mean place, and contacts are found
+/// relative to the length of its legs.
+///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
 /// use mocap::edit::{FootLockOptions, foot_lock};
@@ -157,7 +161,11 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     if let Some(change) = options.largest_change {
         positive(Code::InvalidValue, "largest-change", change)?;
     }
-    let figure = figure_of(scene, options.humanoid.as_ref())?;
+    let known = options.humanoid.as_ref();
+    if let Some((figure, animal)) = animal_of(scene, known) {
+        return animal::lock_paws(scene, animation, (&figure, &animal), options.blend);
+    }
+    let figure = figure_of(scene, known)?;
     let mut legs = Legs::new(scene, animation, &figure, &[])?;
     let detected = |legs: &Legs| detect(scene, &legs.frames, &figure, &options.contacts);
     let contacts = match &options.known {

@@ -7,6 +7,7 @@ mod sides;
 use std::fmt;
 
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
+use mocap_figure::animal::Standing;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, FaceTrack, Pose, Trs};
@@ -14,7 +15,7 @@ use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
 use self::partners::partners;
-use super::body::figure_of;
+use super::body::{animal_of, figure_of};
 use super::frames::Frames;
 use super::quantity::{centimetres, counted};
 use super::step::step;
@@ -26,7 +27,8 @@ step! {
     ///
     /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
     /// rotation of each from the rest pose is reflected. A rest pose whose sides are no mirror images is replaced by
-    /// the T-pose, in which each bone is turned about itself as on the average of the motion. Offsets stay, and so each
+    /// the T-pose, in which each bone is turned about itself as on the average of the motion. For an animal on four legs,
+    /// it is the pose in which the animal stands. Offsets stay, and so each
     /// side keeps its lengths. Mirrored twice, a motion is what it was.
     /// On the face of a VRM animation the winks of both eyes change places, and the gaze is mirrored.
     ///
@@ -100,7 +102,11 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         mirror_face(scene, animation, face);
         return Ok(MirrorReport::default());
     }
-    let figure = figure_of(scene, humanoid)?;
+    let animal = animal_of(scene, humanoid);
+    let figure = match &animal {
+        Some((_, animal)) => Figure::with_bones(scene, animal.bones()),
+        None => figure_of(scene, humanoid)?,
+    };
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
     let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
     // The T-pose comes from the skeleton alone, because a T-pose from the motion would change when the motion is
@@ -113,9 +119,13 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     let rest = Pose::rest(&still);
     let left_at_rest = reference::left_at_rest(&rest, &figure.humanoid, hips);
     let standing = Figure::with_bones(&still, figure.humanoid.clone());
-    let (reference, normal) = match left_at_rest {
-        Some(left) => (&rest, left),
-        None => {
+    let stands = animal
+        .as_ref()
+        .map(|(figure, animal)| Standing::new(scene, figure, animal));
+    let (reference, normal) = match (left_at_rest, &stands) {
+        (Some(left), _) => (&rest, left),
+        (None, Some(stands)) => (&stands.pose, (stands.axes * Vec3::X).as_dvec3()),
+        (None, None) => {
             let t_pose = &standing.t_pose(&still).ok_or_else(not_humanoid)?.pose;
             (t_pose, normal(&standing, t_pose).ok_or_else(not_humanoid)?)
         }
@@ -151,7 +161,11 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         &partners,
         hips,
         normal,
-        figure.up_direction().as_dvec3(),
+        animal
+            .as_ref()
+            .map_or(&figure, |(figure, _)| figure)
+            .up_direction()
+            .as_dvec3(),
     );
     let old: Vec<Vec<Trs>> = (0..frames.nodes().len()).map(|column| frames.track(column)).collect();
     let mut column_of = vec![None; scene.nodes.len()];

@@ -1,5 +1,6 @@
 //! The integration tests of steps and motion graphs: one program, because linking is slow, with one module per subject.
 
+mod animals;
 mod clean;
 mod edit;
 mod gaps;
