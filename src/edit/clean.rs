@@ -25,7 +25,7 @@ pub use self::measures::CleanMeasures;
 pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
 use glam::Vec3;
-use mocap_figure::Figure;
+use mocap_figure::{Creature, Figure};
 use mocap_scene::error::Result;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{NodeId, Scene};
@@ -225,7 +225,12 @@ impl Clean {
         animation: usize,
         report: &mut CleanReport,
     ) -> Result<()> {
-        if matches!(part, CleanPart::Lengths | CleanPart::Floor | CleanPart::Contacts) && !work.is_humanoid() {
+        let needs_humanoid = match part {
+            CleanPart::Lengths | CleanPart::Floor => true,
+            CleanPart::Contacts => work.figure.humanoid.creature != Some(Creature::FourLegged),
+            CleanPart::Time | CleanPart::Flips | CleanPart::Noise => false,
+        };
+        if needs_humanoid && !work.is_humanoid() {
             report.leave_out(part, "the skeleton is not a humanoid");
             return Ok(());
         }
@@ -347,7 +352,8 @@ fn mend_flips(work: &mut Work<'_>) -> Flips {
     if work.is_humanoid() {
         done.exchanged = exchange::mend(work);
     }
-    for mended in flips::mend_all(work.scene, &mut work.frames) {
+    let is_animal = work.figure.humanoid.creature.is_some();
+    for mended in flips::mend_all(work.scene, &mut work.frames, is_animal) {
         done.runs += mended.runs;
         done.joints += usize::from(mended.runs > 0);
         done.spread += mended.spread;

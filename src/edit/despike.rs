@@ -105,7 +105,7 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     // For each length of a spike, the frames within this length are compared, so the work grows with its square.
     frames.filter_radius(options.longest.min(frames.len()).saturating_pow(2))?;
     let before = frames.clone();
-    let flipped = flips::mend_all(scene, &mut frames);
+    let flipped = flips::mend_all(scene, &mut frames, false);
     let size = scene
         .nodes
         .iter()

@@ -42,10 +42,8 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
         let child = only_child(scene, frames.nodes()[turn.column]).and_then(|child| frames.column(child));
         let child = child.filter(|child| !is_end(scene, frames.nodes()[*child]));
         for at in within.clone() {
-            let along = (at as f32 + 0.5 - frame as f32) / width as f32;
-            let fraction = (0.5 + 0.5 * along).clamp(0.0, 1.0);
-            let smooth = fraction * fraction * (3.0 - 2.0 * fraction);
-            let off = Quat::from_axis_angle(turn.bone, (smooth - f32::from(at >= frame)) * turn.angle);
+            let weight = eased(at, frame, width) - f32::from(at >= frame);
+            let off = Quat::from_axis_angle(turn.bone, weight * turn.angle);
             rotate(frames, turn.column, at, |rotation| rotation * off);
             if let Some(child) = child {
                 rotate(frames, child, at, |rotation| off.inverse() * rotation);
@@ -56,6 +54,27 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
     changed.sort_unstable();
     changed.dedup();
     (changed, within)
+}
+
+/// Spreads the rotation of a joint from the frame before `frame` over frames on both sides. Returns the changed frames.
+pub(super) fn ease(frames: &mut Frames, column: usize, frame: usize) -> Range<usize> {
+    let width = ((SPREAD * frames.rate).round() as usize).clamp(2, MOST_FRAMES);
+    let within = frame.saturating_sub(width)..(frame + width).min(frames.len());
+    let [before, after] = [frame - 1, frame].map(|frame| frames.at(frame, column).rotation);
+    let step = in_hemisphere_of(Quat::IDENTITY, before.inverse() * after);
+    for at in within.clone() {
+        let weight = eased(at, frame, width) - f32::from(at >= frame);
+        let off = Quat::from_scaled_axis(weight * step.to_scaled_axis());
+        rotate(frames, column, at, |rotation| rotation * off);
+    }
+    within
+}
+
+/// The fraction of a step at `frame` that is done at a frame, if it is spread over `width` frames on both sides.
+fn eased(at: usize, frame: usize, width: usize) -> f32 {
+    let along = (at as f32 + 0.5 - frame as f32) / width as f32;
+    let fraction = (0.5 + 0.5 * along).clamp(0.0, 1.0);
+    fraction * fraction * (3.0 - 2.0 * fraction)
 }
 
 /// The joint and the joints below that roll too, as long as they jump. `None` if a jump is no roll.

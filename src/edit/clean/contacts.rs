@@ -34,7 +34,7 @@ pub(super) fn lock(
         return Ok(String::new());
     }
     let mut options = FootLockOptions::default().humanoid(work.figure.humanoid.clone());
-    if is_noisy {
+    if is_noisy && work.is_humanoid() {
         let (known, levels) = whole(work);
         let ratios = FootLockWeights::new().speed_ratio(SPEED_RATIO);
         options = options
