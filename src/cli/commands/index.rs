@@ -43,7 +43,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     })?;
     let clips: Vec<IndexedClip> = files.into_iter().flatten().flatten().collect();
     if clips.is_empty() && !(inputs.is_empty() && args.inputs.allow_empty) {
-        report::complain("no motion of a humanoid was found: no database is written");
+        report::complain("no motion of a humanoid or of an animal on four legs was found: no database is written");
         return Err(Failure::Told);
     }
     let database = Database::new(clips);
@@ -105,7 +105,10 @@ fn of_file(args: &IndexArgs, input: &Input) -> mocap::Result<Vec<IndexedClip>> {
             true => Code::NoMotion,
             false => Code::NotHumanoid,
         };
-        let error = Error::from(Diagnostic::new(code, "it has no motion of a humanoid with two feet"));
+        let error = Error::from(Diagnostic::new(
+            code,
+            "it has no motion of a humanoid with two feet or of an animal on four legs",
+        ));
         return Err(error.with_path(path));
     }
     Ok(clips)

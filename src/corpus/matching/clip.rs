@@ -130,7 +130,7 @@ impl IndexedClip {
         let mut clips = Vec::new();
         let mut animation = 0;
         let mut failed = None;
-        let figure = Figure::new(scene);
+        let figure = figure_of(scene);
         let mut examined = scene.clone();
         examine_each(&mut examined, &figure, file, &Thresholds::default(), |row, motion| {
             animation += 1;
@@ -197,6 +197,16 @@ impl IndexedClip {
     /// Whether the database has the motion of the clip. A mirrored clip has none: the original clip has the motion.
     pub fn is_packed(&self) -> bool {
         !self.packed.is_empty()
+    }
+}
+
+/// The figure of a scene. The joints of an animal on four legs are the bones of a humanoid, whose arms are the front
+/// legs.
+pub(super) fn figure_of(scene: &Scene) -> Figure {
+    let figure = Figure::new(scene);
+    match figure.quadruped(scene) {
+        Some(animal) => Figure::with_bones(scene, animal.bones()),
+        None => figure,
     }
 }
 

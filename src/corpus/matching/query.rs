@@ -1,11 +1,10 @@
 //! Queries: a part of a motion, or a pose.
 
-use mocap_figure::Figure;
 use mocap_figure::convert::{Moment, TimeRange, part_ticks};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 
-use super::clip::SAMPLE_RATE;
+use super::clip::{SAMPLE_RATE, figure_of};
 use crate::survey::{Fingerprint, Motion};
 
 /// The longest query, in seconds.
@@ -82,12 +81,15 @@ fn motion(scene: &Scene, animation: usize) -> Result<Motion<'_>> {
     if clip.frame_count() == 0 || clip.ticks_per_second <= 0.0 {
         return Err(no_motion().into());
     }
-    let figure = Figure::new(scene);
+    let figure = figure_of(scene);
     let motion = Motion::new(scene, clip, &figure)?;
     match motion.body {
         Some(_) => Ok(motion),
         None => {
-            let message = format!("a search compares the limbs of a humanoid: {}", figure.humanoid.reason);
+            let message = format!(
+                "a search compares the limbs of a humanoid or of an animal on four legs: {}",
+                figure.humanoid.reason
+            );
             Err(Diagnostic::new(Code::NotHumanoid, message).into())
         }
     }
