@@ -43,13 +43,15 @@ pub enum RobotFormat {
     MimicKit,
     /// The pickle that TWIST loads: GMR's pickle with the positions of links
     Twist,
+    /// JSON of the four-legged robot MAX: base and joints, leg by leg
+    Max,
     /// NumPy arrays of the inverse dynamics, with MuJoCo's names: qpos, qvel, qacc and qfrc_inverse
     Dynamics,
 }
 
 impl RobotFormat {
     /// All formats.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Npz,
         Self::Pkl,
         Self::Csv,
@@ -62,6 +64,7 @@ impl RobotFormat {
         Self::ProtoMotions,
         Self::MimicKit,
         Self::Twist,
+        Self::Max,
         Self::Dynamics,
     ];
 
@@ -70,6 +73,7 @@ impl RobotFormat {
         match self {
             Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist => "pkl",
             Self::Csv | Self::UnitreeCsv => "csv",
+            Self::Max => "json",
             _ => "npz",
         }
     }
@@ -87,6 +91,7 @@ impl RobotFormat {
             Self::ProtoMotions => "protomotions",
             Self::MimicKit => "mimickit",
             Self::Twist => "twist",
+            Self::Max => "max",
             Self::Dynamics => "dynamics",
         }
     }
@@ -141,6 +146,7 @@ impl RobotFormat {
         Ok(match self {
             Self::Pkl | Self::Gmr => Export::from(arrays::robot_pickle(motion)),
             Self::Csv | Self::UnitreeCsv => Export::from(arrays::robot_csv(motion, robot).into_bytes()),
+            Self::Max => Export::from(trainers::for_max(motion, robot)?.into_bytes()),
             Self::MimicKit => Export::from(trainers::for_mimic_kit(motion, &metadata)),
             Self::Twist => Export::from(trainers::for_twist(motion, robot, &metadata)),
             _ => Export::from(self.archive(motion, robot, &metadata)?),

@@ -2,7 +2,9 @@
 //! and their sources.
 
 use glam::DVec3;
+use mocap_figure::robot_bones::standing_limbs;
 use mocap_retarget::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::Placement;
 
@@ -157,6 +159,50 @@ pub(crate) fn for_proto_motions(motion: &RobotMotion, metadata: &str) -> Vec<Nam
         Named::rate(motion.fps, &[]),
         Named::text("metadata", metadata),
     ]
+}
+
+/// The motion of a robot with four legs as JSON, as Tencent's lifelike-agility-and-play has it for the robot MAX. Each
+/// frame has the position of the base, its rotation as x, y, z and w, and the joints of each leg from the trunk outwards.
+///
+/// # Errors
+/// [`Code::Unrepresentable`] if the robot does not have four legs with all of its joints.
+pub(crate) fn for_max(motion: &RobotMotion, robot: &Robot) -> Result<String> {
+    let links = robot.moving_joints();
+    let places = robot.zero_pose();
+    let mut legs = standing_limbs(robot);
+    let at = |leg: &[usize]| places[leg[0]].translation;
+    // +X is forward and +Y left, by the convention of ROS. Right legs come first.
+    legs.sort_by(|a, b| at(b).x.total_cmp(&at(a).x));
+    for pair in legs.chunks_mut(2) {
+        pair.sort_by(|a, b| at(a).y.total_cmp(&at(b).y));
+    }
+    let joints = legs.iter().flatten();
+    let columns = joints.filter_map(|link| links.iter().position(|other| other == link));
+    let columns: Vec<usize> = columns.collect();
+    if legs.len() != 4 || columns.len() != links.len() {
+        let message = format!(
+            "the layout max has the joints of four legs, and {} of the robot's {} joints are in {} legs",
+            columns.len(),
+            links.len(),
+            legs.len()
+        );
+        return Err(Diagnostic::new(Code::Unrepresentable, message)
+            .help("choose another format, such as npz")
+            .into());
+    }
+    let frames = motion.root.iter().enumerate().map(|(frame, root)| {
+        let dof = motion.dof_of(frame);
+        let base = root.translation.to_array().into_iter().chain(root.rotation.to_array());
+        let row = base.chain(columns.iter().map(|column| dof[*column]));
+        let row: Vec<String> = row.map(|value| value.to_string()).collect();
+        format!("[{}]", row.join(", "))
+    });
+    let frames: Vec<String> = frames.collect();
+    Ok(format!(
+        "{{\"FrameDuration\": {}, \"LegOrder\": [\"FR\", \"FL\", \"HR\", \"HL\"], \"Frames\": [{}]}}\n",
+        motion.fps.recip(),
+        frames.join(", ")
+    ))
 }
 
 /// The input of TWIST's motion library: a GMR pickle with the positions of the links in the coordinate frame of the

@@ -143,6 +143,7 @@ export type RobotFormatName =
   | "protomotions"
   | "mimickit"
   | "twist"
+  | "max"
   | "dynamics";
 
 /** One piece of work, as `mocap run` takes it. Its kind has only the options that do something in it. */

@@ -166,6 +166,10 @@ fn the_joints_of_a_robot_go_from_layout_to_layout() {
             assert!(error < 1e-5, "{to}, frame {frame}: {error} m");
         }
     }
+    let output = folder.path().join("m.json");
+    let written = format!(r#""to": "max", "output": "{}""#, output.display());
+    let refused = job(&input, Some(G1), &written).run_with(&[]).unwrap_err();
+    assert!(refused.to_string().contains("four legs"), "{refused}");
     // The layout with 30 frames per second has this rate without a request.
     let output = folder.path().join("m.npz");
     let written = format!(r#""to": "mjlab", "output": "{}""#, output.display());
