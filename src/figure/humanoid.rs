@@ -364,6 +364,8 @@ impl Humanoid {
         let bones = map::bones(&tree, &body, &sides);
         let reason = if is_mapped {
             "the map states the bones of a body".to_owned()
+        } else if refusal::is_lower_body(&tree, &body) {
+            "two legs have the names and the lengths of a body; there are no joints above the pelvis".to_owned()
         } else if named {
             "the joints have the names and the shape of a body".to_owned()
         } else {

@@ -118,7 +118,9 @@ impl<'a> Measures<'a> {
         let middle = |a, b| Some(0.5 * (self.at(a)? + self.at(b)?));
         let hips = middle(Bone::LeftUpperLeg, Bone::RightUpperLeg)?;
         let above = self.at(Bone::Neck).or(self.at(Bone::Head));
-        let above = above.or_else(|| middle(Bone::LeftUpperArm, Bone::RightUpperArm))?;
+        let above = above.or_else(|| middle(Bone::LeftUpperArm, Bone::RightUpperArm));
+        // A lower body alone stands if its legs are parallel.
+        let above = above.or_else(|| Some(2.0 * hips - middle(Bone::LeftFoot, Bone::RightFoot)?))?;
         let trunk = (above - hips).try_normalize()?;
         let stands = [
             (Bone::LeftUpperLeg, Bone::LeftFoot),

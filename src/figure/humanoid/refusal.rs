@@ -18,6 +18,21 @@ pub(super) fn is_named(tree: &Tree, body: &Body) -> bool {
     body.legs.names >= NAMED && arms
 }
 
+/// Whether the skeleton is a pelvis with two legs and nothing else, as solved from markers on legs. Their joints have
+/// the names and the lengths of legs with feet.
+pub(super) fn is_lower_body(tree: &Tree, body: &Body) -> bool {
+    let Body { legs, trunk, .. } = body;
+    let is_of_legs = |node: usize| legs.pair.roots.iter().any(|root| tree.is_within(node, *root));
+    let is_of_body = |node: usize| is_of_legs(node) || tree.is_within(trunk.hips, node);
+    let of_leg = |joints: &[Option<usize>; 4]| joints[..3].iter().all(Option::is_some);
+    body.arms.is_none()
+        && tree.names[trunk.hips].says(Part::Hips)
+        && legs.names >= NAMED
+        && legs.lengths >= LENGTHS_MAY_FIT
+        && legs.joints.iter().all(of_leg)
+        && (0..tree.parent.len()).all(|node| !tree.is_joint[node] || is_of_body(node))
+}
+
 /// The reason why no two chains can be legs.
 pub(super) fn why_there_are_no_legs(tree: &Tree) -> String {
     let joints = tree.is_joint.iter().filter(|is_joint| **is_joint).count();
@@ -39,6 +54,9 @@ pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> O
     let legs = &body.legs;
     let name = |node: usize| &scene.nodes[node].name;
     let limbs = |fit: &Fit| format!("{:?} and {:?}", name(fit.pair.roots[0]), name(fit.pair.roots[1]));
+    if is_lower_body(tree, body) {
+        return None;
+    }
     let of_fingers = legs.joints.iter().flatten().flatten();
     if of_fingers.clone().any(|node| tree.names[*node].says(Part::Finger)) {
         return Some("the longest pairs of chains are fingers: the skeleton is one hand or two".to_owned());

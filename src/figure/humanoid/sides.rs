@@ -135,8 +135,13 @@ impl Axes {
             .or(trunk.head)
             .or(trunk.spine.last().copied())
             .map(at)
-            .or(arms)?;
-        let up = (above - hips).try_normalize()?;
+            .or(arms);
+        // A lower body alone shows its up axis by its legs.
+        let up = match above {
+            Some(above) => above - hips,
+            None => hips - middle(body.legs.joints.map(|joints| joints[2]))?,
+        };
+        let up = up.try_normalize()?;
         let across_of = |joints: [Option<usize>; 2]| Some(at(joints[0]?) - at(joints[1]?));
         let legs = across_of(body.legs.joints.map(|joints| joints[0]))?;
         let arms = body

@@ -262,6 +262,37 @@ fn a_dog_is_refused_although_its_joints_have_human_names() {
     assert!(found.reason.contains("four legs"), "{}", found.reason);
 }
 
+/// A pelvis with two legs, as solved from the markers of a gait laboratory.
+#[test]
+fn a_lower_body_that_names_its_bones_is_found() {
+    let legs = |names: [&'static str; 4]| {
+        let mut nodes = vec![(0, "hips", [0.0, 0.95, 0.0])];
+        for (side, x) in [("left", 0.09), ("right", -0.09)] {
+            let offsets = [[x, 0.0, 0.0], [0.0, -0.42, 0.0], [0.0, -0.42, 0.0], [0.0, -0.06, 0.13]];
+            for (depth, (name, offset)) in std::iter::zip(names, offsets).enumerate() {
+                nodes.push((depth + 1, &*String::leak(format!("{side}{name}")), offset));
+            }
+        }
+        nodes
+    };
+    let named = legs(["UpperLeg", "LowerLeg", "Foot", "Toes"]);
+    let found = Humanoid::of(&skeleton(&named));
+    assert!(found.found, "{}", found.reason);
+    assert!(found.reason.contains("no joints above the pelvis"), "{}", found.reason);
+    assert_eq!(found.bones.len(), 9);
+    assert_eq!(found.sides, Sides::Agree);
+    let is_sure = |joint: &mocap::figure::report::HumanoidJoint| joint.confidence == Confidence::Sure;
+    assert!(found.bones.values().all(is_sure), "{:?}", found.bones);
+    // Names without a meaning may be the legs of a table.
+    assert!(!Humanoid::of(&skeleton(&legs(["A", "B", "C", "D"]))).found);
+    // Without feet, and with other joints above the pelvis, something is missing.
+    let footless: Vec<_> = named.iter().copied().filter(|(depth, ..)| *depth < 3).collect();
+    assert!(!Humanoid::of(&skeleton(&footless)).found);
+    let mut more = named;
+    more.extend([(1, "column", [0.0, 0.3, 0.0]), (2, "plate", [0.0, 0.3, 0.0])]);
+    assert!(!Humanoid::of(&skeleton(&more)).found);
+}
+
 #[test]
 fn what_is_no_body_is_refused_with_the_reason() {
     let nothing = Humanoid::of(&Scene::default());
