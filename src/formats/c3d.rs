@@ -10,10 +10,10 @@
 //! negative. Otherwise they are 16-bit integers, multiplied by the factor. A negative residual means that the point was
 //! not seen.
 //!
-//! A marker becomes a node with position keys, the child of a group. The file has no skeleton, and the reader does not
-//! compute one: markers are on the skin, and finding the joints needs a model of the person (`solve`). Events, analog
-//! samples and force plates are in the scene's metadata (`Recording`). Positions are in the file's unit, rotated to +Y
-//! up. `POINT:Y_SCREEN` states the file's up axis; without it +Z is assumed.
+//! A marker becomes a node with position keys, the child of a group. The reader computes no skeleton: markers are on
+//! the skin, and finding the joints needs a model of the person (`solve`). A file without markers may have the poses of
+//! segments in the group `ROTATION`. They become joints. Events, analog samples and force plates are in the scene's
+//! metadata (`Recording`). Positions are in the file's unit, rotated to +Y up. `POINT:Y_SCREEN` states the file's up axis; without it +Z is assumed.
 //!
 //! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
 //! damaged files. This crate has its own reader, which checks every count against the remaining bytes.
@@ -30,7 +30,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "C3D",
     description: "C3D markers",
     extensions: Format::C3d.extensions(),
-    reading: "good: markers; `mocap solve` computes a skeleton from them",
+    reading: "good: markers, from which `mocap solve` computes a skeleton; segments of markerless systems",
     writing: "no",
     sniff,
     feature: Some("c3d"),

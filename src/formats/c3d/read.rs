@@ -5,6 +5,7 @@ pub(crate) mod bytes;
 mod parameters;
 mod points;
 pub(crate) mod recorded;
+mod rotations;
 mod scene;
 
 use std::ops::Range;
@@ -39,10 +40,20 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     if section_start > header.data {
         header.data_end = section_start.min(bytes.len());
     }
+    if let Some(start) = rotations::start(&parameters).filter(|start| *start > header.data) {
+        header.data_end = header.data_end.min(start);
+    }
     let (labels, most) = (parameters.labels().len(), options.limits.max_values);
     let points = points::read(bytes, processor, &header, labels, most, warnings)?;
     let recorded = recorded::read(bytes, processor, &header, &parameters, points.frames, warnings);
-    Ok(scene::build(&parameters, &header, points, recorded, warnings))
+    let segments = rotations::read(bytes, processor, &header, &parameters, most, warnings);
+    Ok(scene::build(
+        &parameters,
+        &header,
+        (points, segments),
+        recorded,
+        warnings,
+    ))
 }
 
 /// Reads the parameters of a section of stated length. If they end after it but before the data, the stated length is

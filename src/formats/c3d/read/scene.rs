@@ -3,20 +3,22 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::up_axis::to_y_up;
 use mocap_scene::scene::{AnalogChannel, Assumption, FileSpace, Format, Recording, Scene, Topic, UpAxis};
 
 use super::Header;
 use super::parameters::Parameters;
 use super::points::Points;
+use super::rotations::Segments;
 use crate::points;
 use crate::warnings::Warnings;
 
-/// One group with one node for each point.
+/// A skeleton of the segments if the file has no markers. Otherwise one group with one node for each point.
 pub(super) fn build(
     parameters: &Parameters,
     header: &Header,
-    mut points: Points,
+    (mut points, segments): (Points, Option<Segments>),
     mut recorded: Option<Recording>,
     warnings: &mut Warnings,
 ) -> Scene {
@@ -50,6 +52,16 @@ pub(super) fn build(
         say(recorded, assume);
     }
     scene.metadata.recorded = recorded.map(Arc::new);
+    if let Some(segments) = segments {
+        if points.tracks.is_empty() && segments.add(&mut scene, up, warnings) {
+            return scene;
+        }
+        let message = format!("the poses of {} segments in ROTATION were skipped", segments.count());
+        let help = "they are read if the file has no markers, and the segments of Theia: pelvis, l_thigh, l_shank, ...";
+        warnings.push(Code::IgnoredChannel, || {
+            Diagnostic::new(Code::IgnoredChannel, message).help(help)
+        });
+    }
 
     let tracks = std::iter::zip(names, points.tracks).map(|(name, track)| {
         let positions = track.positions.iter();

@@ -635,3 +635,170 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
         );
     }
 }
+
+/// The poses of segments: label, columns of the rotation, and origin.
+type Poses = [(&'static str, [[f32; 3]; 3], [f32; 3])];
+
+/// Axes of a standing segment: +X to the right, +Y forward, +Z up.
+const STANDS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// A C3D file with the group ROTATION, by the layout of C-Motion: 17 floats for each segment and frame, the matrix
+/// column by column and then the residual. Some segments are not found in the second of three frames.
+fn with_rotations(poses: &Poses, markers: u16, lost: &str) -> Vec<u8> {
+    let sample = &SAMPLE;
+    let mut header = vec![2, 0x50];
+    for word in [markers as i16, 0, 1, 3, 10] {
+        header.extend(sample.word(word));
+    }
+    header.extend(sample.real(-1.0));
+    header.extend(sample.word(5));
+    header.extend(sample.word(0));
+    header.extend(sample.real(85.0));
+    header.resize(512, 0);
+    let mut parameters = vec![1, 0x50, 3, 84];
+    parameters.extend(sample.group(1, "POINT"));
+    parameters.extend(sample.parameter(1, "USED", 2, &[], &sample.word(markers as i16)));
+    parameters.extend(sample.parameter(1, "SCALE", 4, &[], &sample.real(-1.0)));
+    parameters.extend(sample.parameter(1, "RATE", 4, &[], &sample.real(85.0)));
+    parameters.extend(sample.parameter(1, "DATA_START", 2, &[], &sample.word(5)));
+    parameters.extend(sample.parameter(1, "UNITS", -1, &[2], b"mm"));
+    parameters.extend(sample.group(2, "ROTATION"));
+    parameters.extend(sample.parameter(2, "USED", 2, &[], &sample.word(poses.len() as i16)));
+    parameters.extend(sample.parameter(2, "RATIO", 2, &[], &sample.word(1)));
+    parameters.extend(sample.parameter(2, "DATA_START", 2, &[], &sample.word(6)));
+    let label = |pose: &(&str, [[f32; 3]; 3], [f32; 3])| format!("{:16}", format!("{}_4X4", pose.0)).into_bytes();
+    let labels: Vec<u8> = poses.iter().flat_map(label).collect();
+    parameters.extend(sample.parameter(2, "LABELS", -1, &[16, poses.len() as u8], &labels));
+    parameters.resize(3 * 512, 0);
+    let mut points = Vec::new();
+    for number in 0..3 * 4 * u32::from(markers) {
+        points.extend(sample.real(if number % 4 == 3 { 0.0 } else { number as f32 }));
+    }
+    points.resize(512, 0);
+    let mut data = Vec::new();
+    for frame in 0..3 {
+        for (label, columns, origin) in poses {
+            for (column, last) in columns.iter().chain([origin]).zip([0.0, 0.0, 0.0, 1.0]) {
+                column.iter().for_each(|number| data.extend(sample.real(*number)));
+                data.extend(sample.real(last));
+            }
+            let residual = if frame == 1 && *label == lost { -1.0 } else { 0.0 };
+            data.extend(sample.real(residual));
+        }
+    }
+    [header, parameters, points, data].concat()
+}
+
+/// A body that stands with its left knee bent by 60 degrees, and lifts its right arm to the side. Its feet have the
+/// axes that Visual3D gives them: +Z from the toes to the ankle.
+fn theia() -> Vec<(&'static str, [[f32; 3]; 3], [f32; 3])> {
+    let (sin, cos) = 60_f32.to_radians().sin_cos();
+    // The shank of a bent knee points back: its proximal end is above and in front of its distal end.
+    let bent = [[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]];
+    let foot = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+    let bent_foot = [[1.0, 0.0, 0.0], [0.0, sin, cos], [0.0, -cos, sin]];
+    let lifted = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
+    let ankle = [-90.0, -400.0 * sin, 500.0 - 400.0 * cos];
+    vec![
+        ("worldbody", STANDS, [0.0, 0.0, 0.0]),
+        ("pelvis", STANDS, [0.0, 0.0, 950.0]),
+        ("torso", STANDS, [0.0, 0.0, 1100.0]),
+        ("head", STANDS, [0.0, 0.0, 1550.0]),
+        ("l_thigh", STANDS, [-90.0, 0.0, 900.0]),
+        ("l_shank", bent, [-90.0, 0.0, 500.0]),
+        ("l_foot", bent_foot, ankle),
+        (
+            "l_toes",
+            bent_foot,
+            [-90.0, ankle[1] + 150.0 * cos, ankle[2] - 150.0 * sin],
+        ),
+        ("r_thigh", STANDS, [90.0, 0.0, 900.0]),
+        ("r_shank", STANDS, [90.0, 0.0, 500.0]),
+        ("r_foot", foot, [90.0, 0.0, 100.0]),
+        ("r_toes", foot, [90.0, 150.0, 100.0]),
+        ("l_uarm", STANDS, [-200.0, 0.0, 1450.0]),
+        ("l_larm", STANDS, [-200.0, 0.0, 1150.0]),
+        ("l_hand", STANDS, [-200.0, 0.0, 900.0]),
+        ("r_uarm", lifted, [200.0, 0.0, 1450.0]),
+        ("r_larm", lifted, [500.0, 0.0, 1450.0]),
+        ("r_hand", lifted, [750.0, 0.0, 1450.0]),
+    ]
+}
+
+#[test]
+fn the_segments_of_theia_are_a_skeleton() {
+    let poses = theia();
+    let scene = read(&with_rotations(&poses, 0, "r_hand")).unwrap();
+    assert_eq!(scene.animations[0].frame_count(), 3);
+    assert!((scene.animations[0].ticks_per_second - 85.0).abs() < 1e-3);
+    for frame in 0..3 {
+        let pose = mocap::Pose::at_tick(&scene, 0, f64::from(frame)).unwrap();
+        for (label, _, [x, y, z]) in &poses[1..] {
+            let node = scene.nodes.iter().position(|node| node.name == *label).unwrap();
+            let own = pose.node_to_world[node].w_axis.truncate();
+            // +Z of the laboratory is +Y of the scene.
+            assert!(own.distance(Vec3::new(*x, *z, -y)) < 0.01, "{label}: {own}");
+        }
+    }
+    let messages: Vec<&str> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
+    assert!(
+        messages.iter().any(|said| said.contains("worldbody_4X4")),
+        "{messages:?}"
+    );
+    assert!(
+        messages.iter().any(|said| said.contains("1 of 3 frames")),
+        "{messages:?}"
+    );
+    // In the rest pose all segments stand.
+    let rest = mocap::Pose::rest(&scene);
+    let at = |label: &str| {
+        let node = scene.nodes.iter().position(|node| node.name == label).unwrap();
+        rest.node_to_world[node].w_axis.truncate()
+    };
+    assert!(
+        at("l_shank").distance(Vec3::new(90.0, 450.0, 0.0) - Vec3::Y * 50.0) < 0.01,
+        "{}",
+        at("l_shank")
+    );
+    assert!(
+        (at("r_toes") - at("r_foot")).distance(Vec3::Z * 150.0) < 0.01,
+        "{}",
+        at("r_toes")
+    );
+    assert!(
+        (at("l_toes") - at("l_foot")).distance(Vec3::Z * 150.0) < 0.01,
+        "{}",
+        at("l_toes")
+    );
+    let angles = mocap::biomechanics::JointAngles::of(&scene).unwrap();
+    for (column, wanted) in [
+        ("knee_angle_l", 60.0),
+        ("knee_angle_r", 0.0),
+        ("ankle_angle_l", 0.0),
+        ("hip_flexion_l", 0.0),
+        ("arm_add_r", -90.0),
+        ("elbow_flex_r", 0.0),
+        ("pro_sup_l", 0.0),
+        ("pro_sup_r", 0.0),
+    ] {
+        let angle = angles.column(column).unwrap().next().unwrap();
+        assert!((angle - wanted).abs() < 0.1, "{column}: {angle}");
+    }
+}
+
+#[test]
+fn markers_of_a_file_with_rotations_stay_and_the_rotations_are_said_to_be_skipped() {
+    let scene = read(&with_rotations(&theia(), 2, "")).unwrap();
+    let names: Vec<&str> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
+    assert_eq!(names, ["Markers", "Point_1", "Point_2"]);
+    assert_eq!(scene.animations[0].frame_count(), 3);
+    let said = |warning: &&mocap::Diagnostic| warning.message.contains("18 segments in ROTATION");
+    assert_eq!(scene.warnings.iter().filter(said).count(), 1);
+    // Segments that are no body are not made to one, and a file that is cut off is read as far as it goes.
+    let legs = |pose: &&(&str, [[f32; 3]; 3], [f32; 3])| !pose.0.ends_with("thigh");
+    let other: Vec<_> = theia().iter().filter(legs).copied().collect();
+    assert_eq!(read(&with_rotations(&other, 0, "")).unwrap().nodes.len(), 1);
+    let whole = with_rotations(&theia(), 0, "");
+    let cut = read(&whole[..whole.len() - 4]).unwrap();
+    assert_eq!(cut.animations[0].frame_count(), 2);
+}
