@@ -55,11 +55,13 @@ pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSe
         ]
         .map(|bone| bone.on(side));
         let end = chain(&arm, chest);
-        hands.extend(end.filter(|_| centres.has(arm[3])));
+        let [left, right] = KNUCKLES;
+        let knuckles = if side == Side::Left { left } else { right };
+        hands.extend(end.filter(|_| centres.has(arm[3])).map(|hand| (hand, knuckles)));
         let leg = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes];
         chain(&leg.map(|bone| bone.on(side)), hips);
     }
-    for (hand, name) in hands.into_iter().zip(KNUCKLES) {
+    for (hand, name) in hands {
         let finger = if name == KNUCKLES[0] { "LFIN" } else { "RFIN" };
         if take.has(finger) {
             set.joints.push(SetJoint {
