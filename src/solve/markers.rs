@@ -37,6 +37,7 @@ use self::calibrate::{FIRST_STEPS, STEPS, calibrate};
 use self::centres::{Centres, centres};
 use self::landmarks::Labels;
 use self::take::Take;
+use self::track::LabelSwap;
 pub use self::weights::MarkerWeights;
 use super::points::Points;
 use super::rest::Rest;
@@ -133,6 +134,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         None => None,
     };
     known.check(&[Some(&take), standing.as_ref()])?;
+    let exchanged = strays::exchange(&mut take);
     let functional = match standing {
         None => functional::standing(&take),
         Some(_) => None,
@@ -181,7 +183,15 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     if let Some(axes) = centres::pelvis_axes(offset) {
         model.turn_root(axes, std::iter::once(&mut start.1));
     }
-    let tracked = track::track(&model, &take.tracks, (start.0, &start.1), rate);
+    let mut tracked = track::track(&model, &take.tracks, (start.0, &start.1), rate);
+    let index = |label: &String| take.labels.iter().position(|own| own == label);
+    tracked.swaps.extend(exchanged.iter().filter_map(|[left, right]| {
+        Some(LabelSwap {
+            markers: (index(left)?, index(right)?),
+            first: 0,
+            last: take.frames - 1,
+        })
+    }));
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
     report::say_gaps(scene, &set, &tracked);

@@ -48,3 +48,28 @@ fn an_arm_swings_on_while_its_markers_are_not_seen() {
         assert!(own.distance(other) < 30.0, "frame {frame}: {} mm", own.distance(other));
     }
 }
+
+#[test]
+fn knees_with_exchanged_labels_in_the_whole_take_are_named() {
+    let mut walk_of_labels = planted(&walk(), EVERY, &markers(GUIDES[0].1));
+    let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1)).solved();
+    for label in &mut walk_of_labels.labels {
+        match label.as_str() {
+            "LKNE" => "RKNE".clone_into(label),
+            "RKNE" => "LKNE".clone_into(label),
+            _ => {}
+        }
+    }
+    let scene = walk_of_labels.solved();
+    let solved = scene.metadata.solved.as_ref().unwrap();
+    let swap = &solved.swaps[0];
+    assert_eq!((solved.swaps.len(), swap.first), (1, 0));
+    assert_eq!(swap.last + 1, walk_of_labels.frames.len());
+    for name in ["leftLowerLeg", "rightLowerLeg"] {
+        let [own, other] = [&scene, &whole].map(|scene| {
+            let pose = Pose::at_tick(scene, 0, 20.0).unwrap();
+            joint(scene, &pose, name).0
+        });
+        assert!(own.distance(other) < 1.0, "{name}: {}", own.distance(other));
+    }
+}
