@@ -146,6 +146,8 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         None => format!("{} markers", take.landmarks.len()),
     };
     let set = body::joint_set(name, &chosen.centres[0], &chosen.take);
+    take.detach(&set);
+    chosen.take.detach(&set);
     let up = body::points(&set, &chosen.centres, &chosen.take).up(&set);
     let upright = |point: glam::DVec3| turned(point.as_vec3(), up.0).as_dvec3();
     take.rotate(upright);

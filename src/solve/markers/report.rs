@@ -207,6 +207,21 @@ fn say_file(scene: &mut Scene, take: &Take) {
         );
         scene.warnings.push(
             Diagnostic::new(Code::LooseMarker, message)
+    for label in &take.never_seen {
+        let message = "the marker was seen in no frame, and was skipped";
+        scene.warnings.push(Diagnostic::new(Code::Gap, message).in_joint(label));
+    }
+    if !take.unattached.is_empty() {
+        let message = format!(
+            "{} markers were skipped, because no marker shows the joint of their segment: {}",
+            take.unattached.len(),
+            take.unattached.join(", ")
+        );
+        let help = "an arm needs a marker at the elbow and one at the wrist, and a trunk needs both shoulders";
+        scene
+            .warnings
+            .push(Diagnostic::new(Code::LooseMarker, message).help(help));
+    }
                 .help("name them: {markers} FILE, an object from labels to landmarks"),
         );
     }

@@ -6,10 +6,11 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::math::median::median;
-use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
+use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene, Side};
 
 use super::landmarks::{self, KNOWN, Labels, Landmark};
 use super::subjects;
+use crate::set::JointSet;
 
 /// The positions of landmarks, frame by frame.
 #[derive(Clone, Debug, Default)]
@@ -23,6 +24,10 @@ pub(super) struct Take {
     by_name: HashMap<String, usize>,
     /// Labels that are in no known set.
     pub(super) unknown: Vec<String>,
+    /// Labels of landmarks that are seen in no frame.
+    pub(super) never_seen: Vec<String>,
+    /// Labels of landmarks on segments whose joints cannot be found.
+    pub(super) unattached: Vec<String>,
     /// The subject of the landmarks, if the file has several, and the labels of the others.
     pub(super) subject: Option<String>,
     pub(super) others: Vec<String>,
@@ -100,6 +105,10 @@ impl Take {
                 self.unknown.push(label);
                 continue;
             };
+            if track.iter().all(Option::is_none) {
+                self.never_seen.push(label);
+                continue;
+            }
             self.by_name.insert(landmark.name.clone(), self.landmarks.len());
             self.landmarks.push(landmark);
             self.labels.push(label);
@@ -137,7 +146,7 @@ impl Take {
     /// Whether a landmark has this label, by its key.
     pub(super) fn has_label(&self, key: &str) -> bool {
         let is_its = |label: &String| landmarks::whole_key(label) == key || landmarks::key(label) == key;
-        self.labels.iter().any(is_its)
+        self.labels.iter().chain(&self.never_seen).any(is_its)
     }
 
     /// The frame in which the most landmarks are seen.
@@ -209,6 +218,24 @@ impl Take {
         self.labels.truncate(count);
         self.tracks.truncate(count);
         self.by_name.retain(|_, index| *index < count);
+    }
+
+    /// Removes the landmarks that `set` cannot attach. Otherwise markers of a forearm would move with the trunk if the
+    /// elbow is not seen.
+    pub(super) fn detach(&mut self, set: &JointSet) {
+        let is_attached = |landmark: &Landmark| {
+            let follows_parent = matches!(landmark.bone.on(Side::Left), Bone::Spine | Bone::LeftToes);
+            follows_parent || set.joint(landmark.bone).is_some()
+        };
+        for index in (0..self.landmarks.len()).rev() {
+            if !is_attached(&self.landmarks[index]) {
+                self.landmarks.remove(index);
+                self.tracks.remove(index);
+                self.unattached.insert(0, self.labels.remove(index));
+            }
+        }
+        let names = self.landmarks.iter().enumerate();
+        self.by_name = names.map(|(index, landmark)| (landmark.name.clone(), index)).collect();
     }
 
     /// Rotates all positions.

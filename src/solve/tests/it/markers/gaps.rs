@@ -73,3 +73,38 @@ fn knees_with_exchanged_labels_in_the_whole_take_are_named() {
         assert!(own.distance(other) < 1.0, "{name}: {}", own.distance(other));
     }
 }
+
+/// The walk with some markers hidden in a range of frames.
+fn hidden(labels: &[&str], frames: std::ops::Range<usize>) -> mocap::Scene {
+    let mut walk = planted(&walk(), EVERY, &markers(GUIDES[0].1));
+    for marker in 0..walk.labels.len() {
+        if labels.is_empty() || labels.contains(&walk.labels[marker].as_str()) {
+            walk.frames[frames.clone()]
+                .iter_mut()
+                .for_each(|frame| frame[marker] = Vec3::NAN);
+        }
+    }
+    walk.solved()
+}
+
+#[test]
+fn an_elbow_that_is_never_seen_changes_nothing_but_its_arm() {
+    let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1)).solved();
+    let without = hidden(&["LELB"], 0..planted(&walk(), EVERY, &[]).frames.len());
+    for frame in [0, 30, 60] {
+        for name in ["hips", "chest", "head", "rightHand", "leftFoot"] {
+            let [own, other] = [&without, &whole].map(|scene| {
+                let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+                joint(scene, &pose, name).0
+            });
+            assert!(
+                own.distance(other) < 15.0,
+                "{name} in frame {frame}: {}",
+                own.distance(other)
+            );
+        }
+    }
+    let said = |words: &str| without.warnings.iter().any(|warning| warning.message.contains(words));
+    assert!(said("seen in no frame"), "{:?}", without.warnings);
+    assert!(said("segment: LFRM, LWRA, LWRB, LFIN"), "{:?}", without.warnings);
+}
