@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use mocap_scene::scene::report::{AppliedStep, DataLoss, RootOffsetUsed, SecondMotion};
-use mocap_scene::scene::report::{Attribution, Origin};
+use mocap_scene::scene::report::{Attribution, FilledJoint, Origin};
 use mocap_scene::scene::{Animation, Assumption, Format, Scene, UpAxis, format_name};
 
 use crate::FormatInfo;
@@ -54,6 +54,9 @@ pub struct Provenance {
     /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
+    /// Joints in frames in which too few markers are seen, before the steps.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub filled: Vec<FilledJoint>,
     /// The origin and licence of the motion.
     #[serde(skip_serializing_if = "Attribution::is_empty")]
     pub attribution: Attribution,
@@ -117,6 +120,10 @@ impl Provenance {
             assumptions: metadata.assumptions.clone(),
             up: None,
             steps: metadata.steps.clone(),
+            filled: metadata
+                .solved
+                .as_ref()
+                .map_or_else(Vec::new, |solved| solved.filled.clone()),
             attribution: metadata.attribution.clone(),
             losses: metadata.lost.clone(),
         }

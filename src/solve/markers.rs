@@ -196,7 +196,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     }));
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
-    report::say_gaps(scene, &set, &tracked);
+    report::say_gaps(scene, &solved);
     if functional.is_some() {
         report::say_functional(scene);
     }

@@ -897,7 +897,7 @@ const double *mocap_table_values(const struct mocap_table *table);
  A report on a scene as JSON, by its name:
 
  - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
-   with their lengths and deviations, and `swaps`; `null` for other scenes;
+   with their lengths and deviations, `swaps`, `filled` and `frames`; `null` for other scenes;
  - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
  - "inspect": what `mocap info --json` prints: counts, clips, what is assumed, warnings;
  - "bones": which node is which bone of a humanoid, how sure that is, and why;

@@ -27,6 +27,10 @@ pub struct MarkerSolution {
     pub joints: Vec<SolvedJoint>,
     /// Markers that had each other's labels.
     pub swaps: Vec<SwappedMarkers>,
+    /// The frames in which too few markers are seen to determine a joint.
+    pub filled: Vec<FilledJoint>,
+    /// The number of frames that were solved.
+    pub frames: usize,
 }
 
 /// A marker's fit to the body.
@@ -76,6 +80,20 @@ pub struct SolvedJoint {
 pub struct SwappedMarkers {
     /// The two labels.
     pub labels: [String; 2],
+    /// The first frame.
+    pub first: usize,
+    /// The last frame.
+    pub last: usize,
+}
+
+/// A joint in frames in which a curve through the frames before and after determines its rotation.
+///
+/// [`MarkerSolution`] has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FilledJoint {
+    /// Its name.
+    pub joint: String,
     /// The first frame.
     pub first: usize,
     /// The last frame.

@@ -4,6 +4,7 @@ use glam::DQuat;
 use mocap_figure::Figure;
 use mocap_figure::joint_angles::{Joint, Part, Rotations, Segment, ending};
 use mocap_scene::error::Result;
+use mocap_scene::scene::report::FilledJoint;
 use mocap_scene::scene::{Scene, Side};
 
 use super::segments::Segments;
@@ -29,6 +30,9 @@ use super::segments::Segments;
 /// | `shoulder_plane`, `_elevation`, `_rotation` | Y, X, Y | 0 sideways and 90 forward, up, internal |
 /// | `elbow_flex`, `elbow_carrying`, `pro_sup` | Z, X, Y | flexion, varus, pronation |
 /// | `wrist_flex`, `_deviation`, `_rotation` | Z, X, Y | flexion, to the little finger, pronation |
+///
+/// A body that was solved from markers with gaps has a last column, `filled_joints`: the number of joints in the frame
+/// that too few markers determine.
 ///
 /// The column names of sides end in `_r` and `_l`. Upper arm angles are relative to the chest. A plane of elevation has
 /// no meaning while the arm hangs, and `arm_flex` has none while the arm is abducted by 90 degrees. The T-pose of the
@@ -58,6 +62,9 @@ pub struct JointAngles {
 /// The columns with the pelvis position in metres; all other columns are angles.
 pub(super) const POSITION: [&str; 3] = ["pelvis_tx", "pelvis_ty", "pelvis_tz"];
 
+/// The column with the number of joints that too few markers determine.
+const FILLED: &str = "filled_joints";
+
 /// A column: its name, and its value in every frame.
 type Column = (String, Vec<f64>);
 
@@ -76,7 +83,35 @@ impl JointAngles {
     /// # Errors
     /// The errors of [`of`](Self::of).
     pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
-        Ok(Self::of_segments(&Segments::of(scene, figure)?))
+        let mut angles = Self::of_segments(&Segments::of(scene, figure)?);
+        angles.mark_filled(scene);
+        Ok(angles)
+    }
+
+    /// Adds a column with the number of filled joints in each frame, if the scene was solved from markers with such
+    /// gaps. A scene that was cut or resampled afterwards has other frames.
+    fn mark_filled(&mut self, scene: &Scene) {
+        let Some(solved) = scene
+            .metadata
+            .solved
+            .as_deref()
+            .filter(|solved| !solved.filled.is_empty())
+        else {
+            return;
+        };
+        let (frames, columns) = (self.frames(), self.columns.len());
+        if solved.frames != frames {
+            return;
+        }
+        let count = |frame: usize| {
+            let is_filled = |joint: &&FilledJoint| (joint.first..=joint.last).contains(&frame);
+            solved.filled.iter().filter(is_filled).count() as f64
+        };
+        self.columns.push(FILLED.to_owned());
+        let rows = self.values.chunks_exact(columns).enumerate();
+        self.values = rows
+            .flat_map(|(frame, row)| row.iter().copied().chain([count(frame)]))
+            .collect();
     }
 
     pub(super) fn of_segments(segments: &Segments) -> Self {

@@ -2,7 +2,7 @@
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::median::median;
-use mocap_scene::scene::report::{MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
+use mocap_scene::scene::report::{FilledJoint, MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
 use mocap_scene::scene::{Assumption, Confidence, Scene, Topic};
 
 use super::calibrate::Certainty;
@@ -81,6 +81,14 @@ pub(super) fn solved(
             first: swap.first,
             last: swap.last,
         });
+    }
+    solved.frames = take.frames;
+    for (joint, intervals) in std::iter::zip(&set.joints, &tracked.loose) {
+        solved.filled.extend(intervals.iter().map(|&(first, last)| FilledJoint {
+            joint: joint.name.clone(),
+            first,
+            last,
+        }));
     }
     solved
 }
@@ -199,14 +207,6 @@ fn say_file(scene: &mut Scene, take: &Take) {
                 .help("correct the unit in the file"),
         );
     }
-    if !take.unknown.is_empty() {
-        let message = format!(
-            "{} markers with unknown names were skipped: {}",
-            take.unknown.len(),
-            take.unknown.join(", ")
-        );
-        scene.warnings.push(
-            Diagnostic::new(Code::LooseMarker, message)
     for label in &take.never_seen {
         let message = "the marker was seen in no frame, and was skipped";
         scene.warnings.push(Diagnostic::new(Code::Gap, message).in_joint(label));
@@ -222,6 +222,14 @@ fn say_file(scene: &mut Scene, take: &Take) {
             .warnings
             .push(Diagnostic::new(Code::LooseMarker, message).help(help));
     }
+    if !take.unknown.is_empty() {
+        let message = format!(
+            "{} markers with unknown names were skipped: {}",
+            take.unknown.len(),
+            take.unknown.join(", ")
+        );
+        scene.warnings.push(
+            Diagnostic::new(Code::LooseMarker, message)
                 .help("name them: {markers} FILE, an object from labels to landmarks"),
         );
     }
@@ -288,12 +296,9 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
 }
 
 /// Reports the frames in which markers do not determine a joint. Outputs keep this note.
-pub(super) fn say_gaps(scene: &mut Scene, set: &JointSet, tracked: &TrackingOutcome) {
-    let loose = std::iter::zip(&set.joints, &tracked.loose)
-        .flat_map(|(joint, intervals)| intervals.iter().map(|interval| (joint.name.as_str(), *interval)));
-    let mut places: Vec<String> = loose
-        .map(|(name, (first, last))| format!("{name} {first} to {last}"))
-        .collect();
+pub(super) fn say_gaps(scene: &mut Scene, solved: &MarkerSolution) {
+    let place = |filled: &FilledJoint| format!("{} {} to {}", filled.joint, filled.first, filled.last);
+    let mut places: Vec<String> = solved.filled.iter().map(place).collect();
     if places.is_empty() {
         return;
     }

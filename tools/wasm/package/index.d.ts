@@ -264,6 +264,8 @@ export interface Solved {
   rms_of_seconds: number[];
   joints: Record<string, unknown>[];
   swaps: Record<string, unknown>[];
+  filled: { joint: string; first: number; last: number }[];
+  frames: number;
 }
 
 /**

@@ -376,8 +376,8 @@ class Scene:
     def solved(self) -> Report | None:
         """The residuals of a skeleton that was solved from markers.
 
-        Keys: ``markers``, ``rms_of_seconds``, ``joints`` with lengths and deviations in metres, and ``swaps``; ``None`` for
-        other scenes.
+        Keys: ``markers``, ``rms_of_seconds``, ``joints`` with lengths and deviations in metres, ``swaps``, ``filled`` and
+        ``frames``; ``None`` for other scenes.
         """
         solved: Report | None = parsed(self._native.solved())
         return solved

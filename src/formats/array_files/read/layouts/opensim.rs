@@ -162,7 +162,10 @@ fn say(columns: &Columns, options: &ReadOptions, knees: f64, motion: &mut Motion
     }
     let is_known = |name: &str| {
         let base = name.trim_end_matches("_r").trim_end_matches("_l").to_ascii_lowercase();
-        base.starts_with("pelvis_") || is_angle(&base) || ALIASES.iter().any(|(_, other)| *other == base)
+        base.starts_with("pelvis_")
+            || base == "filled_joints"
+            || is_angle(&base)
+            || ALIASES.iter().any(|(_, other)| *other == base)
     };
     let unknown: Vec<&str> = columns
         .names

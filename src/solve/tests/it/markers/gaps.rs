@@ -49,31 +49,6 @@ fn an_arm_swings_on_while_its_markers_are_not_seen() {
     }
 }
 
-#[test]
-fn knees_with_exchanged_labels_in_the_whole_take_are_named() {
-    let mut walk_of_labels = planted(&walk(), EVERY, &markers(GUIDES[0].1));
-    let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1)).solved();
-    for label in &mut walk_of_labels.labels {
-        match label.as_str() {
-            "LKNE" => "RKNE".clone_into(label),
-            "RKNE" => "LKNE".clone_into(label),
-            _ => {}
-        }
-    }
-    let scene = walk_of_labels.solved();
-    let solved = scene.metadata.solved.as_ref().unwrap();
-    let swap = &solved.swaps[0];
-    assert_eq!((solved.swaps.len(), swap.first), (1, 0));
-    assert_eq!(swap.last + 1, walk_of_labels.frames.len());
-    for name in ["leftLowerLeg", "rightLowerLeg"] {
-        let [own, other] = [&scene, &whole].map(|scene| {
-            let pose = Pose::at_tick(scene, 0, 20.0).unwrap();
-            joint(scene, &pose, name).0
-        });
-        assert!(own.distance(other) < 1.0, "{name}: {}", own.distance(other));
-    }
-}
-
 /// The walk with some markers hidden in a range of frames.
 fn hidden(labels: &[&str], frames: std::ops::Range<usize>) -> mocap::Scene {
     let mut walk = planted(&walk(), EVERY, &markers(GUIDES[0].1));
@@ -85,6 +60,49 @@ fn hidden(labels: &[&str], frames: std::ops::Range<usize>) -> mocap::Scene {
         }
     }
     walk.solved()
+}
+
+#[test]
+fn filled_frames_are_marked_in_the_report_the_table_and_the_provenance() {
+    let scene = hidden(&["LUPA", "LELB", "LFRM", "LWRA", "LWRB", "LFIN"], GAP);
+    let solved = scene.metadata.solved.as_ref().unwrap();
+    let arm = solved
+        .filled
+        .iter()
+        .find(|filled| filled.joint == "leftUpperArm")
+        .unwrap();
+    assert_eq!((arm.first, arm.last), (40, 47));
+    let angles = mocap::biomechanics::JointAngles::of(&scene).unwrap();
+    let filled: Vec<f64> = angles.column("filled_joints").unwrap().collect();
+    for (frame, count) in filled.iter().enumerate() {
+        assert_eq!(*count > 0.0, GAP.contains(&frame), "frame {frame}: {count}");
+    }
+    let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1)).solved();
+    let angles = mocap::biomechanics::JointAngles::of(&whole).unwrap();
+    assert!(angles.column("filled_joints").is_none());
+}
+
+#[test]
+fn a_long_gap_of_all_markers_is_bridged_without_a_detour() {
+    // 1.7 seconds, in which the body walks on.
+    let gap = 30..71;
+    let (scene, truth) = (hidden(&[], gap.clone()), walk());
+    let bone = |name: &str, frame: usize| {
+        let pose = Pose::at_tick(&scene, 0, frame as f64).unwrap();
+        joint(&scene, &pose, name).0
+    };
+    let hips = |frame: usize| {
+        let pose = Pose::at_tick(&truth, 0, (1 + frame * EVERY) as f64).unwrap();
+        joint(&truth, &pose, "Hips").0 * super::planted::MILLIMETRES
+    };
+    // The hips of the truth are above the line of the hip joints, by the same vector in all frames.
+    let above = bone("hips", gap.start - 1) - hips(gap.start - 1);
+    for frame in gap.clone() {
+        let off = bone("hips", frame).distance(hips(frame) + above);
+        assert!(off < 150.0, "frame {frame}: the hips are {off} mm off their path");
+        let foot = bone("leftFoot", frame) - bone("hips", frame);
+        assert!(foot.y < -400.0, "frame {frame}: the foot is at {foot} from the hips");
+    }
 }
 
 #[test]
@@ -110,24 +128,26 @@ fn an_elbow_that_is_never_seen_changes_nothing_but_its_arm() {
 }
 
 #[test]
-fn a_long_gap_of_all_markers_is_bridged_without_a_detour() {
-    // 1.7 seconds, in which the body walks on.
-    let gap = 30..71;
-    let (scene, truth) = (hidden(&[], gap.clone()), walk());
-    let bone = |name: &str, frame: usize| {
-        let pose = Pose::at_tick(&scene, 0, frame as f64).unwrap();
-        joint(&scene, &pose, name).0
-    };
-    let hips = |frame: usize| {
-        let pose = Pose::at_tick(&truth, 0, (1 + frame * EVERY) as f64).unwrap();
-        joint(&truth, &pose, "Hips").0 * super::planted::MILLIMETRES
-    };
-    // The hips of the truth are above the line of the hip joints, by the same vector in all frames.
-    let above = bone("hips", gap.start - 1) - hips(gap.start - 1);
-    for frame in gap.clone() {
-        let off = bone("hips", frame).distance(hips(frame) + above);
-        assert!(off < 150.0, "frame {frame}: the hips are {off} mm off their path");
-        let foot = bone("leftFoot", frame) - bone("hips", frame);
-        assert!(foot.y < -400.0, "frame {frame}: the foot is at {foot} from the hips");
+fn knees_with_exchanged_labels_in_the_whole_take_are_named() {
+    let mut walk_of_labels = planted(&walk(), EVERY, &markers(GUIDES[0].1));
+    let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1)).solved();
+    for label in &mut walk_of_labels.labels {
+        match label.as_str() {
+            "LKNE" => "RKNE".clone_into(label),
+            "RKNE" => "LKNE".clone_into(label),
+            _ => {}
+        }
+    }
+    let scene = walk_of_labels.solved();
+    let solved = scene.metadata.solved.as_ref().unwrap();
+    let swap = &solved.swaps[0];
+    assert_eq!((solved.swaps.len(), swap.first), (1, 0));
+    assert_eq!(swap.last + 1, walk_of_labels.frames.len());
+    for name in ["leftLowerLeg", "rightLowerLeg"] {
+        let [own, other] = [&scene, &whole].map(|scene| {
+            let pose = Pose::at_tick(scene, 0, 20.0).unwrap();
+            joint(scene, &pose, name).0
+        });
+        assert!(own.distance(other) < 1.0, "{name}: {}", own.distance(other));
     }
 }
