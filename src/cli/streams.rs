@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use mocap::files::{OutputSet, ReplacePolicy, remove_unfinished, write_file};
+use mocap::files::{FilePart, OutputSet, ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::InputOptions;
 use mocap::{Code, Diagnostic, Error, Export, Importer, MemoryFile, Scene};
 
@@ -169,7 +169,7 @@ fn would_save(set: &OutputSet<'_>, stream: Option<&[u8]>, policy: &ReplacePolicy
         } else {
             ""
         };
-        let bytes: usize = parts.iter().map(|part| part.len()).sum();
+        let bytes: usize = parts.iter().map(FilePart::len).sum();
         report::say(&format!(
             "dry run: {} would be written, {bytes} bytes{replaces}",
             path.display()

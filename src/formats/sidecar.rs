@@ -2,6 +2,7 @@
 //!
 //! It has the contents of `asset.extras` in glTF, and the SHA-256 of its file, so that it applies to no other file.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -68,7 +69,7 @@ impl Sidecar {
     /// Whether it applies to a file with these bytes.
     #[doc(hidden)]
     pub fn is_about_bytes(&self, bytes: &[u8]) -> bool {
-        self.is_about(&sum([bytes]))
+        self.is_about(&sum([Cow::Borrowed(bytes)]))
     }
 
     /// Sets the unit, the up axis and the origin of a scene, if its file does not state them.
@@ -93,7 +94,7 @@ impl Sidecar {
     }
 }
 
-fn sum<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+fn sum<'a>(parts: impl IntoIterator<Item = Cow<'a, [u8]>>) -> String {
     let mut sum = Sha256::new();
     parts.into_iter().for_each(|part| sum.update(part));
     let digits = sum.finalize();

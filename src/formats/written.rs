@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use mocap_compress::CompressedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::{OutputSet, ReplacePolicy};
+use mocap_scene::files::{FilePart, OutputSet, ReplacePolicy};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::DataLoss;
 
@@ -135,9 +135,9 @@ impl Export {
             return Ok(());
         };
         for file in beside {
-            set.add_beside(path, &file.name, file.parts())?;
+            set.add_beside(path, &file.name, file.stored())?;
         }
-        set.add(path, main.parts());
+        set.add(path, main.stored());
         Ok(())
     }
 }
@@ -149,19 +149,22 @@ impl Export {
 pub struct ExportFile {
     name: String,
     /// The bytes in parts, so that a large buffer is never copied.
-    parts: Vec<Vec<u8>>,
+    parts: Vec<FilePart<'static>>,
 }
 
 impl ExportFile {
     #[doc(hidden)]
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
-        Self::of_parts(name, vec![bytes])
+        Self::of_parts(name, [bytes])
     }
 
-    pub(crate) fn of_parts(name: impl Into<String>, parts: Vec<Vec<u8>>) -> Self {
+    pub(crate) fn of_parts(
+        name: impl Into<String>,
+        parts: impl IntoIterator<Item = impl Into<FilePart<'static>>>,
+    ) -> Self {
         Self {
             name: name.into(),
-            parts,
+            parts: parts.into_iter().map(Into::into).collect(),
         }
     }
 
@@ -172,7 +175,7 @@ impl ExportFile {
 
     /// The number of bytes.
     pub fn len(&self) -> usize {
-        self.parts.iter().map(Vec::len).sum()
+        self.parts.iter().map(FilePart::len).sum()
     }
 
     /// Whether it has no bytes.
@@ -183,21 +186,35 @@ impl ExportFile {
     /// The bytes. They are copied if they are in several parts.
     pub fn bytes(&self) -> Cow<'_, [u8]> {
         match self.parts.as_slice() {
-            [bytes] => Cow::Borrowed(bytes),
-            parts => Cow::Owned(parts.concat()),
+            [only] => only.bytes(),
+            _ => Cow::Owned(self.concatenated()),
         }
     }
 
-    /// The bytes, part by part. A large buffer is a separate part.
-    pub fn parts(&self) -> impl Iterator<Item = &[u8]> {
-        self.parts.iter().map(Vec::as_slice)
+    /// The bytes, part by part. A large buffer is a separate part. A long text is unpacked.
+    pub fn parts(&self) -> impl Iterator<Item = Cow<'_, [u8]>> {
+        self.parts.iter().map(FilePart::bytes)
+    }
+
+    /// The parts as they are in memory.
+    fn stored(&self) -> impl Iterator<Item = FilePart<'_>> {
+        self.parts.iter().map(FilePart::borrowed)
+    }
+
+    fn concatenated(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(self.len());
+        self.parts().for_each(|part| bytes.extend_from_slice(&part));
+        bytes
     }
 
     /// The bytes. They are copied if they are in several parts.
     pub fn into_bytes(mut self) -> Vec<u8> {
-        match self.parts.as_mut_slice() {
-            [bytes] => std::mem::take(bytes),
-            parts => parts.concat(),
+        match (self.parts.pop(), self.parts.is_empty()) {
+            (Some(only), true) => only.into_bytes(),
+            (last, _) => {
+                self.parts.extend(last);
+                self.concatenated()
+            }
         }
     }
 }

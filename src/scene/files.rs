@@ -9,6 +9,7 @@ mod fbx_header;
 mod file_id;
 mod folder;
 mod own;
+mod part;
 pub(crate) mod record;
 #[doc(hidden)]
 pub mod set;
@@ -39,6 +40,8 @@ pub use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
 pub use self::folder::{check_folder, persist_folder};
 #[doc(hidden)]
 pub use self::own::{OwnFiles, go_on};
+#[doc(hidden)]
+pub use self::part::FilePart;
 #[doc(hidden)]
 pub use self::record::record_outputs;
 #[doc(hidden)]

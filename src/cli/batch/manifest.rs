@@ -9,7 +9,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use mocap::files::write_file;
+use mocap::files::{FilePart, write_file};
 use mocap::retarget::robot::report::RobotReport;
 use mocap::scene::Assumption;
 use serde::{Deserialize, Serialize};
@@ -128,7 +128,7 @@ pub(crate) struct OutputFile {
 }
 
 impl OutputFile {
-    pub(crate) fn new(path: &Path, parts: &[&[u8]]) -> Self {
+    pub(crate) fn new(path: &Path, parts: &[FilePart<'_>]) -> Self {
         Self {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             bytes: parts.iter().map(|part| part.len() as u64).sum(),

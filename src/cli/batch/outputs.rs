@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use mocap::files::{OutputSet, ReplacePolicy, has_provenance};
+use mocap::files::{FilePart, OutputSet, ReplacePolicy, has_provenance};
 use mocap::{Code, Diagnostic, Error, Export};
 
 use super::inputs::Input;
@@ -89,7 +89,7 @@ pub(super) struct Claims(Mutex<BTreeMap<PathBuf, OutputFile>>);
 impl Claims {
     /// Claims the files of an output.
     fn take(&self, set: &OutputSet<'_>) -> mocap::Result<Vec<OutputFile>> {
-        let file = |(path, parts): (&Path, &[&[u8]])| (path.to_owned(), OutputFile::new(path, parts));
+        let file = |(path, parts): (&Path, &[FilePart<'_>])| (path.to_owned(), OutputFile::new(path, parts));
         let mut files: Vec<(PathBuf, OutputFile)> = set.files().map(file).collect();
         // Some file systems ignore case. The last file has the name of its input.
         if let Some((_, beside)) = files.split_last_mut() {

@@ -300,7 +300,7 @@ impl Parts<'_> {
             write_file(&path, &bytes).map_err(io::Error::other)?;
             self.next += 1;
             self.written += 1;
-            files.push(OutputFile::new(&path, &[&bytes]));
+            files.push(OutputFile::new(&path, &[bytes.into()]));
             output = Some(name);
         }
         self.bytes = 0;

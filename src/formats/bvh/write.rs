@@ -54,7 +54,7 @@ impl BvhOptions {
     /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, if a value is not finite or a
     /// quaternion is not a rotation. Also if the scene has no nodes.
     pub fn write(&self, scene: &Scene) -> Result<Vec<u8>> {
-        Ok(build::text(scene, self)?.0.concat())
+        Ok(ExportFile::of_parts("", build::text(scene, self)?.0).into_bytes())
     }
 }
 

@@ -14,7 +14,7 @@ use super::fbx_header::{FBX_HEAD, HEADER, PROVENANCE, fbx_provenance};
 use super::file_id::FileId;
 use super::record::{self, RecordState};
 use super::usd_header::{USD_HEAD, USD_HEADER, ZIP_HEAD, usd_provenance};
-use super::{Target, check_confined, folder_of, own, unfinished_target};
+use super::{FilePart, Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::scene::Format;
 
@@ -199,11 +199,11 @@ impl ReplacePolicy {
     /// # Errors
     /// The errors of [`Self::check`].
     pub fn check_bytes(&self, path: &Path, bytes: &[u8]) -> Result<()> {
-        self.check_parts(path, &[bytes])
+        self.check_parts(path, &[bytes.into()])
     }
 
     /// Like [`Self::check_bytes`], for bytes in several parts.
-    pub(super) fn check_parts(&self, path: &Path, parts: &[&[u8]]) -> Result<()> {
+    pub(super) fn check_parts(&self, path: &Path, parts: &[FilePart<'_>]) -> Result<()> {
         self.check_or(path, || is_beginning(path, parts))
     }
 
@@ -245,7 +245,7 @@ impl ReplacePolicy {
     ///
     /// # Errors
     /// The errors of [`Self::check`].
-    pub(super) fn check_beside(&self, path: &Path, parts: &[&[u8]]) -> Result<bool> {
+    pub(super) fn check_beside(&self, path: &Path, parts: &[FilePart<'_>]) -> Result<bool> {
         if has_extension(path, &["bin"]) {
             return self.check_parts(path, parts).map(|()| true);
         }
@@ -366,17 +366,17 @@ fn has_points(path: &Path) -> bool {
     read.is_ok() && !is_own_csv(&head) && is_csv_of_points(&head)
 }
 
-fn has_bytes(path: &Path, parts: &[&[u8]]) -> bool {
-    let length: usize = parts.iter().map(|part| part.len()).sum();
+fn has_bytes(path: &Path, parts: &[FilePart<'_>]) -> bool {
+    let length: usize = parts.iter().map(FilePart::len).sum();
     fs::metadata(path).is_ok_and(|found| found.len() == length as u64) && is_beginning(path, parts)
 }
 
 /// Whether the output begins with all bytes of the file.
-fn is_beginning(path: &Path, parts: &[&[u8]]) -> bool {
+fn is_beginning(path: &Path, parts: &[FilePart<'_>]) -> bool {
     let has_bytes = || -> io::Result<bool> {
         let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
         for part in parts {
-            let mut rest = *part;
+            let mut rest = &*part.bytes();
             while !rest.is_empty() {
                 let block = file.fill_buf()?;
                 if block.is_empty() {

@@ -11,7 +11,9 @@ use tempfile::TempPath;
 use super::existing::needs_record;
 use super::file_id::FileId;
 use super::unfinished::{UnfinishedFile, named};
-use super::{ReplacePolicy, Target, folder_of, own, record, remove_all_unfinished, write_noted, write_stream, writing};
+use super::{
+    FilePart, ReplacePolicy, Target, folder_of, own, record, remove_all_unfinished, write_noted, write_stream, writing,
+};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// All files of an output: the files that a user named, and their companion files, such as buffers, textures and
@@ -30,7 +32,7 @@ pub struct OutputSet<'a> {
 struct OutputFile<'a> {
     path: PathBuf,
     /// The bytes, in parts.
-    parts: Vec<&'a [u8]>,
+    parts: Vec<FilePart<'a>>,
     /// Whether an input may have chosen the name, such as the name of a texture.
     is_beside: bool,
 }
@@ -42,10 +44,10 @@ impl<'a> OutputSet<'a> {
     }
 
     /// Adds a file that a user named.
-    pub fn add(&mut self, path: &Path, parts: impl IntoIterator<Item = &'a [u8]>) {
+    pub fn add(&mut self, path: &Path, parts: impl IntoIterator<Item = impl Into<FilePart<'a>>>) {
         self.files.push(OutputFile {
             path: path.to_owned(),
-            parts: parts.into_iter().collect(),
+            parts: parts.into_iter().map(Into::into).collect(),
             is_beside: false,
         });
     }
@@ -54,7 +56,12 @@ impl<'a> OutputSet<'a> {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] if `main` is a pipe or a device, or if `name` is not a file name.
-    pub fn add_beside(&mut self, main: &Path, name: &str, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
+    pub fn add_beside(
+        &mut self,
+        main: &Path,
+        name: &str,
+        parts: impl IntoIterator<Item = impl Into<FilePart<'a>>>,
+    ) -> Result<()> {
         if fs::metadata(main).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
             let message = "an output of several files cannot be written to a pipe or a device";
             let diagnostic = Diagnostic::new(Code::InvalidValue, message)
@@ -70,14 +77,14 @@ impl<'a> OutputSet<'a> {
         }
         self.files.push(OutputFile {
             path: main.with_file_name(name),
-            parts: parts.into_iter().collect(),
+            parts: parts.into_iter().map(Into::into).collect(),
             is_beside: true,
         });
         Ok(())
     }
 
-    /// The path and the bytes of each file.
-    pub fn files(&self) -> impl Iterator<Item = (&Path, &[&'a [u8]])> {
+    /// The path and the parts of each file.
+    pub fn files(&self) -> impl Iterator<Item = (&Path, &[FilePart<'a>])> {
         self.files
             .iter()
             .map(|file| (file.path.as_path(), file.parts.as_slice()))
@@ -134,7 +141,7 @@ impl OutputFile<'_> {
     }
 
     fn write(&self, to: &mut dyn Write) -> io::Result<()> {
-        self.parts.iter().try_for_each(|part| to.write_all(part))
+        self.parts.iter().try_for_each(|part| to.write_all(&part.bytes()))
     }
 }
 

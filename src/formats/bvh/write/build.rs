@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use glam::{DVec3, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::FilePart;
 use mocap_scene::limits::{self, FARTHEST, is_plausible};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Animation, Format, NodeKind, RotationOrder, Scene};
@@ -22,11 +23,11 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 /// The frame rate of a file with only a rest pose, in frames per second.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-/// The length in bytes of a part of the text. One growing text would take up to three times its memory.
+/// The length in bytes of a part of the text, which is packed: a long text would take more memory than its scene.
 const PART: usize = 1 << 20;
 
 /// The text in parts, and the renamed nodes.
-pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(Vec<Vec<u8>>, Vec<NodeRename>)> {
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(Vec<FilePart<'static>>, Vec<NodeRename>)> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
     let (heads, renamed) = heads(scene, &joints);
@@ -45,7 +46,7 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(Vec<Vec<u8>>,
     text.push('\n');
     let mut parts = Vec::new();
     push_rows((&mut text, &mut parts), &motion, &joints, frames, options)?;
-    parts.push(text.into_bytes());
+    parts.push(text.into_bytes().into());
     Ok((parts, renamed))
 }
 
@@ -268,7 +269,7 @@ fn channels_line(joint: &Joint<'_>) -> String {
 }
 
 fn push_rows(
-    (text, parts): (&mut String, &mut Vec<Vec<u8>>),
+    (text, parts): (&mut String, &mut Vec<FilePart<'static>>),
     motion: &Motion<'_>,
     joints: &[Joint<'_>],
     frames: usize,
@@ -319,8 +320,8 @@ fn push_rows(
         }
         text.push('\n');
         if text.len() > PART {
-            let room = text.len() + text.len() / 16;
-            parts.push(std::mem::replace(text, String::with_capacity(room)).into_bytes());
+            parts.push(FilePart::numbers(text.as_bytes()));
+            text.clear();
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 mod confined;
 mod csv_table;
+mod part;
 mod record;
 mod set;
 
