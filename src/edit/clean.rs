@@ -103,8 +103,13 @@ impl Step for Clean {
         let old = before.frames;
         let (mut rotated, mut moved): (Vec<NodeId>, Vec<NodeId>) = (Vec::new(), Vec::new());
         for (column, node) in frames.nodes().iter().enumerate() {
-            let is_rotated = frames.rotations(column).ne(old.rotations(column));
-            let is_moved = frames.translations(column).ne(old.translations(column));
+            // The foot lock also rotates joints without a channel.
+            let Some(former) = old.column(*node) else {
+                rotated.push(*node);
+                continue;
+            };
+            let is_rotated = frames.rotations(column).ne(old.rotations(former));
+            let is_moved = frames.translations(column).ne(old.translations(former));
             rotated.extend(is_rotated.then_some(*node));
             moved.extend(is_moved.then_some(*node));
         }

@@ -156,6 +156,37 @@ impl<'a> Frames<'a> {
         })
     }
 
+    /// Holds a node even if no channel drives it, because it is going to move.
+    pub(super) fn hold(&mut self, scene: &Scene, node: NodeId) {
+        if self.column(node).is_some() {
+            return;
+        }
+        let rest = Trs::from_matrix(scene.nodes[node.index()].transform);
+        let column = self.nodes.partition_point(|held| *held < node);
+        let track = TrsTrack::new(std::iter::once(rest), 1);
+        self.constant.insert(column, ConstantParts::of(&track, 1));
+        self.tracks.insert(column, track);
+        self.nodes.insert(column, node);
+        self.held = self.nodes.len();
+        for (column, node) in self.nodes.iter().enumerate() {
+            self.columns[node.index()] = Some(column);
+        }
+    }
+
+    /// Whether the position of a node relative to its parent changed when it was read or [settled](Self::settle).
+    pub(super) fn moves(&self, node: NodeId) -> bool {
+        let column = self.column(node);
+        column.is_some_and(|column| self.constant[column].translation.is_none())
+    }
+
+    /// Rounds tracks that were constant and differ from it only by rounding, as [`write_all`](Self::write_all) does.
+    pub(super) fn settle(&mut self) {
+        for (track, constant) in self.tracks.iter_mut().zip(&mut self.constant) {
+            track.settle(constant);
+            *constant = ConstantParts::of(track, self.ticks.len());
+        }
+    }
+
     /// Refuses an animation that moves no node, because no node can carry the figure.
     pub(super) fn require_nodes(&self) -> Result<()> {
         match self.nodes.is_empty() {
@@ -422,15 +453,10 @@ impl<'a> Frames<'a> {
     /// The keys of a track. Rounding adds no keys: a track that was `constant` stays so if it differs only by rounding.
     /// Any other track becomes constant only if all its values are equal, so slow motion is kept.
     fn keys<T: Copy + PartialEq>(&self, values: Vec<T>, constant: Option<T>, is_near: fn(T, T) -> bool) -> Keys<T> {
-        let Some(first) = values.first().copied() else {
-            return Keys::default();
-        };
-        let are_near = |wanted: T| values.iter().all(|value| is_near(*value, wanted));
-        match constant {
-            Some(constant) if are_near(constant) => Keys::constant(constant),
-            Some(_) if are_near(first) => Keys::constant(first),
-            None if values.iter().all(|value| *value == first) => Keys::constant(first),
-            _ => Keys::at_ticks(values, self.ticks.clone()),
+        match constant_value(&values, constant, is_near) {
+            _ if values.is_empty() => Keys::default(),
+            Some(constant) => Keys::constant(constant),
+            None => Keys::at_ticks(values, self.ticks.clone()),
         }
     }
 }
@@ -452,6 +478,17 @@ impl ConstantParts {
             rotation: is_first(&|frame| rotation.at(frame) == rotation.at(0)).then(|| rotation.at(0)),
             scale: is_first(&|frame| scale.at(frame) == scale.at(0)).then(|| scale.at(0)),
         }
+    }
+}
+
+/// The value of a constant track. A track that was `constant` stays so if it differs only by rounding. Any other track
+/// becomes constant only if all its values are equal, so slow motion stays.
+fn constant_value<T: Copy + PartialEq>(values: &[T], constant: Option<T>, is_near: fn(T, T) -> bool) -> Option<T> {
+    let first = *values.first()?;
+    let are_near = |wanted: &T| values.iter().all(|value| is_near(*value, *wanted));
+    match constant {
+        Some(constant) => [constant, first].into_iter().find(are_near),
+        None => values.iter().all(|value| *value == first).then_some(first),
     }
 }
 

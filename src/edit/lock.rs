@@ -38,6 +38,7 @@ pub use self::sole::SolePoint;
 pub use self::weights::FootLockWeights;
 use super::body::{animal_of, figure_of};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
+use super::frames::Frames;
 
 /// Options of [`foot_lock()`].
 ///
@@ -166,14 +167,41 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         return animal::lock_paws(scene, animation, (&figure, &animal), options.blend);
     }
     let figure = figure_of(scene, known)?;
-    let mut legs = Legs::new(scene, animation, &figure, &[])?;
-    let detected = |legs: &Legs| detect(scene, &legs.frames, &figure, &options.contacts);
+    let frames = Frames::reading(scene, animation, &[])?;
+    let (legs, report) = locked(scene, &figure, frames, options)?;
+    legs.changes().write(scene, animation);
+    Ok(report)
+}
+
+/// Locks the feet of `frames` as [`foot_lock()`] does. `figure` is the figure of `scene`.
+pub(super) fn lock_frames<'a>(
+    scene: &Scene,
+    figure: &Figure,
+    frames: Frames<'a>,
+    options: &FootLockOptions,
+) -> Result<(Frames<'a>, FootLockReport)> {
+    let (legs, report) = locked(scene, figure, frames, options)?;
+    Ok((legs.frames, report))
+}
+
+fn locked<'a>(
+    scene: &Scene,
+    figure: &Figure,
+    frames: Frames<'a>,
+    options: &FootLockOptions,
+) -> Result<(Legs<'a>, FootLockReport)> {
+    let mut legs = Legs::new(scene, figure, frames, &[])?;
+    let detected = |legs: &Legs| detect(scene, &legs.frames, figure, &options.contacts);
+    let found;
     let contacts = match &options.known {
         Some(known) => {
             legs.check(known)?;
-            known.clone()
+            known
         }
-        None => detected(&legs),
+        None => {
+            found = detected(&legs);
+            &found
+        }
     };
     let rests = match options.known {
         // Known contacts may come from another body with another floor, so the floor is detected.
@@ -194,13 +222,12 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         .map_or(f32::INFINITY, |metres| metres as f32 / figure.metres());
     let (blend, floor) = (legs.blend(options.blend, &options.weights)?, floor / figure.metres());
     let levels: Vec<f32> = options.levels.iter().map(|level| level / figure.metres()).collect();
-    let hold = |leg| Hold::new(scene, &figure, leg, options.weights, &contacts, &levels);
+    let hold = |leg| Hold::new(scene, figure, leg, options.weights, contacts, &levels);
     let mut feet: Vec<Hold> = std::mem::take(&mut legs.legs).into_iter().map(hold).collect();
-    let report = legs.change(scene, &figure, floor, &mut feet, |feet, shifts| {
+    let report = legs.change(scene, figure, floor, &mut feet, |feet, shifts| {
         hips::spare_knees(feet, shifts, figure.up_direction(), floor, blend, limit)
     });
-    legs.changes().write(scene, animation);
-    Ok(report)
+    Ok((legs, report))
 }
 
 /// Removes the foot sliding of a retargeted motion during the contacts of its source. The feet get the source's heights
@@ -219,7 +246,7 @@ pub fn follow_feet(
         .flatten()
         .filter_map(|point| point.pivot)
         .collect();
-    let mut legs = Legs::new(scene, animation, figure, &pivots)?;
+    let mut legs = Legs::new(scene, figure, Frames::reading(scene, animation, &[])?, &pivots)?;
     legs.check(followed.contacts)?;
     let blend = legs.blend(FootLockOptions::default().blend, &followed.weights)?;
     let follow = |leg| FootFollower::new(scene, figure, leg, followed);

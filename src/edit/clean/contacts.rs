@@ -7,7 +7,7 @@ use mocap_scene::error::Result;
 use crate::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
 use crate::floor;
 use crate::frames::Frames;
-use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock};
+use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock, lock_frames};
 use crate::quantity::counted;
 use crate::work::Work;
 
@@ -33,8 +33,15 @@ pub(super) fn lock(
     if !is_changed && skate.is_none_or(|skate| skate < work.weights.least_skate) {
         return Ok(String::new());
     }
-    let mut options = FootLockOptions::default().humanoid(work.figure.humanoid.clone());
-    if is_noisy && work.is_humanoid() {
+    let mut options = FootLockOptions::default();
+    if !work.is_humanoid() {
+        let mut scene = work.scene.clone();
+        work.frames.write_all(&mut scene, animation);
+        let report = foot_lock(&mut scene, animation, &options)?;
+        work.frames = Frames::new(&scene, animation, work.frames.nodes())?;
+        return Ok(about(&report));
+    }
+    if is_noisy {
         let (known, levels) = whole(work);
         let ratios = FootLockWeights::new().speed_ratio(SPEED_RATIO);
         options = options
@@ -44,14 +51,19 @@ pub(super) fn lock(
             options.levels = levels;
         }
     }
-    let mut scene = work.scene.clone();
-    work.frames.write_all(&mut scene, animation);
-    let report: FootLockReport = foot_lock(&mut scene, animation, &options)?;
-    work.frames = Frames::new(&scene, animation, work.frames.nodes())?;
-    Ok(match report.contacts {
+    let mut frames = work.frames.clone();
+    frames.settle();
+    let (mut frames, report) = lock_frames(work.scene, work.figure, frames, &options)?;
+    frames.settle();
+    work.frames = frames;
+    Ok(about(&report))
+}
+
+fn about(report: &FootLockReport) -> String {
+    match report.contacts {
         0 => String::new(),
         contacts => format!("{} of the feet locked", counted(contacts, "contact")),
-    })
+    }
 }
 
 /// The contacts of a smoothed motion, with their beginnings and ends, and the height in metres at which each point of

@@ -7,6 +7,8 @@ use glam::{Quat, Vec3};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Channel, Keys};
 
+use super::{ConstantParts, constant_value, is_near, is_same_rotation};
+
 /// A part of a transform: translation, rotation or scale.
 pub(super) trait Part: Copy {
     /// Whether both values have the same bits, because a track must not change the sign of a 0.
@@ -124,6 +126,15 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         values[frame] = value;
     }
 
+    /// Makes the track constant if [`constant_value`] does.
+    fn settle(&mut self, constant: Option<T>, is_near: fn(T, T) -> bool) {
+        if !self.is_unchanged()
+            && let Some(value) = constant_value(&self.values, constant, is_near)
+        {
+            self.values = Arc::new(vec![value]);
+        }
+    }
+
     /// The values of chosen frames.
     fn picked(&self, chosen: &[usize]) -> Self {
         match self.values() {
@@ -216,6 +227,13 @@ impl<'a> TrsTrack<'a> {
         self.translation.set(frame, trs.translation, frames);
         self.rotation.set(frame, trs.rotation, frames);
         self.scale.set(frame, trs.scale, frames);
+    }
+
+    /// Makes each part constant if [`constant_value`] does.
+    pub(super) fn settle(&mut self, constant: &ConstantParts) {
+        self.translation.settle(constant.translation, is_near);
+        self.rotation.settle(constant.rotation, is_same_rotation);
+        self.scale.settle(constant.scale, is_near);
     }
 
     /// The transforms of chosen frames.

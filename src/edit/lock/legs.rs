@@ -5,7 +5,7 @@ use mocap_figure::{Figure, HumanoidBone, Side};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::ik::Goal;
 use mocap_scene::pose::{Pose, Trs};
-use mocap_scene::scene::{Channel, NodeId, Scene};
+use mocap_scene::scene::{NodeId, Scene};
 
 use super::leg::Foot;
 use super::pace::Pace;
@@ -69,7 +69,7 @@ pub(super) struct Legs<'a> {
 }
 
 impl<'a> Legs<'a> {
-    pub(super) fn new(scene: &'a Scene, animation: usize, figure: &Figure, pivots: &[NodeId]) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, figure: &Figure, mut frames: Frames<'a>, pivots: &[NodeId]) -> Result<Self> {
         let hips = figure.humanoid.joint(HumanoidBone::Hips);
         let legs: Option<Vec<_>> = Side::ALL
             .into_iter()
@@ -79,24 +79,15 @@ impl<'a> Legs<'a> {
             let message = "the skeleton has no joint for the hips, a thigh, a shin or a foot";
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
         };
-        let moves = |node: NodeId| {
-            let channels = scene.animations.get(animation).map(|animation| &animation.channels);
-            channels.is_some_and(|channels| {
-                let own = |channel: &&Channel| channel.node == Some(node);
-                channels
-                    .iter()
-                    .find(own)
-                    .is_some_and(|channel| channel.position_keys.len() > 1)
-            })
-        };
-        let mover = mover(scene, hips, moves);
+        let mover = mover(scene, hips, |node| frames.moves(node));
         let mut turned = Vec::new();
         for (_, leg) in &legs {
             turned.extend([leg.thigh, leg.knee]);
             let turns = |node: &NodeId| sole::turns(scene, *node) || pivots.contains(node);
             turned.extend(and_below(scene, leg.ankle).filter(turns));
         }
-        let frames = Frames::reading(scene, animation, &[&[mover], &*turned].concat())?;
+        frames.hold(scene, mover);
+        turned.iter().for_each(|node| frames.hold(scene, *node));
         Ok(Self {
             frames,
             legs,

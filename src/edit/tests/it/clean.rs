@@ -152,10 +152,7 @@ fn with_keys(scene: &mut Scene, change: impl Fn(&mut Vec<Quat>), moves: impl Fn(
 }
 
 /// A film of 24 frames per second in a file of 30 repeats each fourth frame.
-#[test]
-fn frames_that_repeat_in_a_pattern_are_taken_out_with_their_rate() {
-    let truth = walk();
-    let mut scene = truth.clone();
+fn repeat_each_fourth_frame(scene: &mut Scene) {
     fn repeated<T: Copy>(keys: &mut Vec<T>) {
         let own = std::mem::take(keys);
         let is_constant = own.len() == 1;
@@ -166,9 +163,16 @@ fn frames_that_repeat_in_a_pattern_are_taken_out_with_their_rate() {
             ));
         }
     }
-    with_keys(&mut scene, repeated, repeated);
+    with_keys(scene, repeated, repeated);
     let animation = &mut scene.animations[0];
     animation.duration = animation.channels[0].position_keys.len() as f64 - 1.0;
+}
+
+#[test]
+fn frames_that_repeat_in_a_pattern_are_taken_out_with_their_rate() {
+    let truth = walk();
+    let mut scene = truth.clone();
+    repeat_each_fourth_frame(&mut scene);
     let report = only(CleanPart::Time, &mut scene);
     let [true_one, found] = [&truth, &scene].map(|scene| &scene.animations[0]);
     assert!(
@@ -324,6 +328,37 @@ fn feet_that_stand_slide_no_more_than_before_they_were_spoiled() {
         clean < 0.03 * spoiled && clean < 3.0 * own,
         "{clean} of {spoiled}, {own} in truth: {report}"
     );
+}
+
+#[test]
+fn a_corrected_rate_stays_where_feet_are_locked() {
+    let mut scene = walk();
+    let rate = scene.animations[0].ticks_per_second;
+    add_noise(&mut scene, 11);
+    repeat_each_fourth_frame(&mut scene);
+    let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
+    for part in [CleanPart::Time, CleanPart::Contacts] {
+        assert_eq!(outcome(&report, part), CleanOutcome::Changed, "{report}");
+    }
+    let found = scene.animations[0].ticks_per_second;
+    assert!((found - 0.8 * rate).abs() < 1e-9, "{found} for {rate}: {report}");
+}
+
+/// Many formats have no channel for a joint that does not move.
+#[test]
+fn a_foot_without_a_channel_is_locked() {
+    let mut scene = walk();
+    scene.animations[0]
+        .channels
+        .retain(|channel| channel.node_name != "LeftFoot");
+    let truth = scene.clone();
+    add_noise(&mut scene, 11);
+    let spoiled = slide(&scene, &truth);
+    let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
+    assert_eq!(outcome(&report, CleanPart::Contacts), CleanOutcome::Changed, "{report}");
+    assert_eq!(scene.validate(), []);
+    let clean = slide(&scene, &truth);
+    assert!(clean < 0.1 * spoiled, "{clean} of {spoiled}: {report}");
 }
 
 /// The fastest moments of a body that stands still are noise, and its peak speed is no reason to keep it.
