@@ -514,7 +514,8 @@ pub(super) fn between(from: Trs, to: Trs, fraction: f32) -> Trs {
 /// The positions of `nodes` in the world in every frame, one list for each node.
 pub(super) fn tracks(frames: &Frames, scene: &Scene, nodes: &[NodeId]) -> Vec<Vec<Vec3>> {
     let mut pose = Pose::rest(scene);
-    let mut tracks = vec![Vec::with_capacity(frames.len()); nodes.len()];
+    // A clone of an empty list has no capacity.
+    let mut tracks: Vec<Vec<Vec3>> = nodes.iter().map(|_| Vec::with_capacity(frames.len())).collect();
     for frame in 0..frames.len() {
         frames.pose(frame, &mut pose);
         for (track, node) in tracks.iter_mut().zip(nodes) {

@@ -155,7 +155,7 @@ impl CreatureRetargeter {
         let all = ticks(animation);
         let binding = Binding::new(source, animation);
         let (mut from, mut to) = (Pose::rest(source), Pose::rest(target));
-        let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(all.len()); self.pairs.len()];
+        let mut rotations: Vec<Vec<Quat>> = self.pairs.iter().map(|_| Vec::with_capacity(all.len())).collect();
         let mut path = Vec::with_capacity(all.len());
         let mut angles = Angles::default();
         for &tick in &all {

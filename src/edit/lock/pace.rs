@@ -42,7 +42,7 @@ impl Pace {
     pub(super) fn new(leg: &LegTrack, frames: &Frames) -> Self {
         let joints: Vec<NodeId> = leg.points.iter().map(|point| point.node).collect();
         Self {
-            free: vec![Vec::with_capacity(frames.len()); joints.len()],
+            free: joints.iter().map(|_| Vec::with_capacity(frames.len())).collect(),
             changed: Vec::new(),
             most: Vec::new(),
             weights: vec![1.0; frames.len()],
