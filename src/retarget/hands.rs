@@ -68,9 +68,11 @@ pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Opt
     };
     let mut hands = Hands::new(target, mine, &ticks);
     let mut contacts = contact::contacts(&touches, &places, &mut hands);
+    drop(touches);
     if contacts.is_empty() {
         return None;
     }
+    hands.keep_free();
     hands.apply(&contacts);
     for round in 0..=ROUNDS {
         let mut changed = false;
@@ -134,7 +136,7 @@ fn trunk(body: &Body) -> Option<NodeId> {
 }
 
 /// The motion of an arm, in the axes of the figure.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 struct ArmTrack {
     elbow: Vec<Vec3>,
     wrist: Vec<Vec3>,
@@ -144,13 +146,16 @@ struct ArmTrack {
 }
 
 impl ArmTrack {
-    fn see(&mut self, frame: usize, arm: &Arm, pose: &Pose, to_figure: Quat) {
-        if self.wrist.len() == frame {
-            self.elbow.push(Vec3::ZERO);
-            self.wrist.push(Vec3::ZERO);
-            self.palm.push(Vec3::ZERO);
-            self.rotations.push([Quat::IDENTITY; 3]);
+    fn new(frames: usize) -> Self {
+        Self {
+            elbow: vec![Vec3::ZERO; frames],
+            wrist: vec![Vec3::ZERO; frames],
+            palm: vec![Vec3::ZERO; frames],
+            rotations: vec![[Quat::IDENTITY; 3]; frames],
         }
+    }
+
+    fn see(&mut self, frame: usize, arm: &Arm, pose: &Pose, to_figure: Quat) {
         self.elbow[frame] = to_figure * pose.position(arm.joints[1]);
         self.wrist[frame] = to_figure * pose.position(arm.joints[2]);
         self.palm[frame] = to_figure * arm.palm(pose);
@@ -163,7 +168,7 @@ impl<'a> Hands<'a> {
         let mut hands = Self {
             binding: Binding::new(target.scene, target.animation),
             pose: Pose::rest(target.scene),
-            free: vec![ArmTrack::default(); arms.len()],
+            free: vec![ArmTrack::new(ticks.len()); arms.len()],
             kept: Vec::new(),
             trunk: trunk(target.body),
             upright: Vec::with_capacity(ticks.len()),
@@ -184,9 +189,13 @@ impl<'a> Hands<'a> {
                     .push(rotation_of(&hands.pose.node_to_parent[trunk.index()]));
             }
         }
-        hands.leans.clone_from(&hands.upright);
-        hands.kept.clone_from(&hands.free);
         hands
+    }
+
+    /// Begins with the motion without contacts.
+    fn keep_free(&mut self) {
+        self.leans.clone_from(&self.upright);
+        self.kept.clone_from(&self.free);
     }
 
     /// Sets the pose to a frame without contacts.

@@ -46,12 +46,12 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    fn new(side: Side, part: TouchedPart) -> Self {
+    fn new(side: Side, part: TouchedPart, frames: usize) -> Self {
         Self {
             side,
             part,
-            spots: Vec::new(),
-            gaps: Vec::new(),
+            spots: Vec::with_capacity(frames),
+            gaps: Vec::with_capacity(frames),
             contacts: Vec::new(),
         }
     }
@@ -112,11 +112,11 @@ pub(super) fn touches(moving: &Moving<'_>, arms: &[Arm], shapes: &[Shape], floor
     let body = moving.body;
     let mut touches = Vec::new();
     for arm in arms {
-        touches.extend(shapes.iter().map(|shape| Touch::new(arm.side, shape.part)));
-        touches.push(Touch::new(arm.side, TouchedPart::Floor));
+        touches.extend(shapes.iter().map(|shape| Touch::new(arm.side, shape.part, ticks.len())));
+        touches.push(Touch::new(arm.side, TouchedPart::Floor, ticks.len()));
     }
     if arms.len() == Side::ALL.len() {
-        touches.push(Touch::new(Side::Left, TouchedPart::OtherHand));
+        touches.push(Touch::new(Side::Left, TouchedPart::OtherHand, ticks.len()));
     }
     let binding = Binding::new(moving.scene, moving.animation);
     let mut pose = Pose::rest(moving.scene);
