@@ -84,12 +84,16 @@ impl<'a> Motion<'a> {
     /// # Errors
     /// [`Code::LimitExceeded`] if the motion has more values than the limits allow.
     pub(crate) fn new(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Self> {
-        let contacts = match figure.humanoid.found && animation.duration >= 0.0 {
-            true => Some(mocap_edit::contacts_of(scene, animation, figure)?),
-            false => None,
+        let mut contacts = match figure.humanoid.found && animation.duration >= 0.0 {
+            true => mocap_edit::contacts_of(scene, animation, figure)?,
+            false => DetectedContacts::default(),
         };
+        // The motion has the positions too.
+        for point in &mut contacts.points {
+            point.positions = Vec::new();
+        }
         let mut motion = Self::without_contacts(scene, animation, figure)?;
-        if let (Some(body), Some(contacts)) = (&mut motion.body, contacts) {
+        if let Some(body) = &mut motion.body {
             body.contacts = contacts;
         }
         Ok(motion)
