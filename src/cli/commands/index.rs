@@ -95,13 +95,13 @@ fn of_file(args: &IndexArgs, input: &Input) -> mocap::Result<Vec<IndexedClip>> {
     }
     let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
     let scene = streams::import(&importer, path)?;
-    let name = path.to_string_lossy();
+    let (name, is_still) = (path.to_string_lossy(), scene.animations.is_empty());
     let clips = match args.pack {
-        true => IndexedClip::packed(&scene, &name, args.mirror).map_err(|error| error.with_path(path))?,
-        false => IndexedClip::of(&scene, &name, args.mirror),
+        true => IndexedClip::packed_read(scene, &name, args.mirror).map_err(|error| error.with_path(path))?,
+        false => IndexedClip::of_read(scene, &name, args.mirror),
     };
     if clips.is_empty() {
-        let code = match scene.animations.is_empty() {
+        let code = match is_still {
             true => Code::NoMotion,
             false => Code::NotHumanoid,
         };

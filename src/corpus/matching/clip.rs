@@ -92,7 +92,14 @@ impl IndexedClip {
     ///
     /// The [module](crate::matching) has an example.
     pub fn of(scene: &Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {
-        Self::with_motion(scene, file, mirror, |_| Ok(Vec::new())).unwrap_or_default()
+        Self::of_read(scene.clone(), file, mirror)
+    }
+
+    /// Indexes a scene as [`of`](Self::of) does, but does not copy it.
+    #[doc(hidden)]
+    pub fn of_read(mut scene: Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {
+        let found = Self::with_animations(&mut scene, file);
+        Self::with_mirrored(found.into_iter().map(|(clip, _)| clip), mirror)
     }
 
     /// Indexes clips as [`IndexedClip::of`] does, and keeps their compressed motions in the database. Every joint stays
@@ -113,26 +120,37 @@ impl IndexedClip {
     /// # Errors
     /// The errors of [`PackedClip::encode`] and [`Conversion::apply`].
     pub fn packed(scene: &Scene, file: &str, mirror: bool) -> Result<Vec<IndexedClip>> {
-        let mut metres = scene.clone();
-        Conversion::new().apply(&mut metres)?;
-        let bound = ErrorBound::new(PACKED_ERROR).shell_distance(PACKED_SHELL);
-        Self::with_motion(scene, file, mirror, |animation| {
-            Ok(PackedClip::encode(&metres, animation, bound.clone())?.into_bytes())
-        })
+        Self::packed_read(scene.clone(), file, mirror)
     }
 
-    fn with_motion(
-        scene: &Scene,
-        file: &str,
-        mirror: bool,
-        mut pack: impl FnMut(usize) -> Result<Vec<u8>>,
-    ) -> Result<Vec<IndexedClip>> {
+    /// Indexes a scene as [`packed`](Self::packed) does, but does not copy it.
+    #[doc(hidden)]
+    pub fn packed_read(mut scene: Scene, file: &str, mirror: bool) -> Result<Vec<IndexedClip>> {
+        let mut found = Self::with_animations(&mut scene, file);
+        Conversion::new().apply(&mut scene)?;
+        let bound = ErrorBound::new(PACKED_ERROR).shell_distance(PACKED_SHELL);
+        for (clip, animation) in &mut found {
+            clip.packed = PackedClip::encode(&scene, *animation, bound.clone())?.into_bytes();
+        }
+        Ok(Self::with_mirrored(found.into_iter().map(|(clip, _)| clip), mirror))
+    }
+
+    /// The clips, followed by their mirror images if `mirror` is set.
+    fn with_mirrored(clips: impl Iterator<Item = IndexedClip>, mirror: bool) -> Vec<IndexedClip> {
+        let mut clips: Vec<IndexedClip> = clips.collect();
+        if mirror {
+            let mirrored: Vec<IndexedClip> = clips.iter().map(IndexedClip::mirror).collect();
+            clips.extend(mirrored);
+        }
+        clips
+    }
+
+    /// The clips that can be indexed, each with its index into the animations. The scene is unchanged afterwards.
+    fn with_animations(scene: &mut Scene, file: &str) -> Vec<(IndexedClip, usize)> {
         let mut clips = Vec::new();
         let mut animation = 0;
-        let mut failed = None;
         let figure = figure_of(scene);
-        let mut examined = scene.clone();
-        examine_each(&mut examined, &figure, file, &Thresholds::default(), |row, motion| {
+        examine_each(scene, &figure, file, &Thresholds::default(), |row, motion| {
             animation += 1;
             let Some(motion) = motion else { return };
             let Some(body) = &motion.body else { return };
@@ -145,13 +163,6 @@ impl IndexedClip {
             if !(are_plausible && has_leg_and_begin(body.leg, begin)) {
                 return;
             }
-            let packed = match pack(animation - 1) {
-                Ok(packed) => packed,
-                Err(error) => {
-                    failed = Some(error);
-                    return;
-                }
-            };
             let seconds = track.frames().saturating_sub(1) as f64 / FEATURE_RATE;
             let samples = (seconds * SAMPLE_RATE + 0.01).floor() as usize + 1;
             let samples = Fingerprint::sampled(&motion, SAMPLE_RATE, motion.first as f64, samples);
@@ -163,19 +174,11 @@ impl IndexedClip {
                 features: features.into_iter().map(|row| row.map(rounded)).collect(),
                 contacts: track.contacts,
                 samples: samples.values,
-                packed,
+                packed: Vec::new(),
             };
-            if mirror {
-                clips.push(clip.mirror());
-            }
-            clips.push(clip);
+            clips.push((clip, animation - 1));
         });
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        // Each motion comes before its mirror image.
-        clips.sort_by_key(|clip: &IndexedClip| clip.mirrored);
-        Ok(clips)
+        clips
     }
 
     /// The motion that the database has of the clip, in metres with +Y up.

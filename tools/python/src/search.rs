@@ -126,8 +126,8 @@ pub(crate) fn index(
         for path in &paths {
             let (scene, name) = (importer.import(path)?, path.to_string_lossy());
             let found = match pack {
-                true => IndexedClip::packed(&scene, &name, mirror).map_err(|error| error.with_path(path))?,
-                false => IndexedClip::of(&scene, &name, mirror),
+                true => IndexedClip::packed_read(scene, &name, mirror).map_err(|error| error.with_path(path))?,
+                false => IndexedClip::of_read(scene, &name, mirror),
             };
             if found.is_empty() {
                 let diagnostic =
