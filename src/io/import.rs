@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 use mocap_formats::FormatInfo;
 use mocap_formats::{Contents, ReadOptions, Source, read_robot};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::decode_text;
 use mocap_scene::limits::Limits;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::robot::Robot;
@@ -311,7 +312,7 @@ impl Importer {
 #[doc(hidden)]
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = contents::open_named(path, &Limits::default())?;
-    String::from_utf8(bytes).map_err(|_| {
+    decode_text(bytes).ok_or_else(|| {
         let message = "the file is not UTF-8 text";
         Error::from(Diagnostic::new(Code::BinaryFile, message)).with_path(path)
     })

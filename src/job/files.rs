@@ -6,7 +6,7 @@ use mocap_formats::{Export, ExportFile};
 use mocap_io::import::{self, Importer, MemoryFile};
 use mocap_retarget::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
+use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, decode_text, read_text};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::robot::Robot;
 
@@ -38,10 +38,12 @@ impl<'a> Files<'a> {
         let read = match (self.find(path), self.has_disk) {
             (None, false) => return Err(missing(path)),
             (None, true) => return read_text(path),
-            (Some(file), _) => String::from_utf8(file.bytes.to_vec()),
+            (Some(file), _) => decode_text(file.bytes.to_vec()),
         };
-        let text = read.map_err(|error| Diagnostic::new(Code::InvalidValue, error.to_string()));
-        text.map_err(|error| Error::from(error).with_path(path))
+        read.ok_or_else(|| {
+            let diagnostic = Diagnostic::new(Code::InvalidValue, "the file is not UTF-8 text");
+            Error::from(diagnostic).with_path(path)
+        })
     }
 
     /// The text of a file that is neither a pipe nor a device, of a size within the limits of reading.

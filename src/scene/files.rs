@@ -51,14 +51,34 @@ use self::unfinished::UnfinishedFile;
 pub use self::usd_header::{USD_HEAD, ZIP_HEAD};
 use crate::error::{Error, Result};
 
-/// The text of a file.
+/// The text of a file, as [`decode_text`] reads it.
 ///
 /// # Errors
-/// [`Code::Io`](crate::Code::Io) if the file cannot be read or is not UTF-8.
+/// [`Code::Io`](crate::Code::Io) if the file cannot be read or is not text.
 #[doc(hidden)]
 pub fn read_text(path: &Path) -> Result<String> {
     check_confined(path)?;
-    fs::read_to_string(path).map_err(|source| Error::io(path, source))
+    let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
+    decode_text(bytes).ok_or_else(|| {
+        let source = io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text");
+        Error::io(path, source)
+    })
+}
+
+/// UTF-8 as text, without a byte order mark. With this mark, UTF-16 is read too, which Windows PowerShell writes.
+#[doc(hidden)]
+pub fn decode_text(mut bytes: Vec<u8>) -> Option<String> {
+    let units = |unit: fn([u8; 2]) -> u16| {
+        let pairs = bytes[2..].as_chunks::<2>().0;
+        String::from_utf16(&pairs.iter().map(|pair| unit(*pair)).collect::<Vec<u16>>()).ok()
+    };
+    match bytes[..] {
+        [0xFF, 0xFE, ..] => return units(u16::from_le_bytes),
+        [0xFE, 0xFF, ..] => return units(u16::from_be_bytes),
+        [0xEF, 0xBB, 0xBF, ..] => drop(bytes.drain(..3)),
+        _ => {}
+    }
+    String::from_utf8(bytes).ok()
 }
 
 /// Copies a file with its permissions. Follows links.

@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
+use mocap::files::{check_confined, decode_text, read_text};
 use mocap::{Code, Diagnostic, FormatInfo};
 
 use super::pattern::{Pattern, has_wildcard};
@@ -113,8 +114,8 @@ pub(crate) fn find_except(
             if base.as_os_str().is_empty() || base.is_dir() {
                 gathered.search(&base, &pattern, is_excluded)?;
             }
-        } else if let Some(listed) = list_of(path) {
-            for input in listed {
+        } else if is_list(path) {
+            for input in list_of(path)? {
                 gathered.add(input)?;
             }
         } else {
@@ -133,27 +134,38 @@ pub(crate) fn find_except(
     Ok(inputs)
 }
 
-/// The files of a list, as `mocap survey --select -o chosen.txt` writes it: a path in each line. `None` for another
-/// file. Relative paths are below the folder that all files have in common.
-fn list_of(path: &Path) -> Option<Vec<Input>> {
+/// Whether a file is a list, as `mocap survey --select -o chosen.txt` writes it: a path in each line. A motion may have
+/// the extension of a text too, so the first line decides. The rest of the file is not read.
+fn is_list(path: &Path) -> bool {
     const MOST_BYTES: u64 = 256 << 20;
-    let is_list = path
+    const LONGEST_LINE: u64 = 16 << 10;
+    let is_text = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("txt"));
     let is_file = || std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() <= MOST_BYTES);
-    let text = (is_list && is_file()).then(|| mocap::files::read_text(path).ok())??;
+    if !is_text || !is_file() || check_confined(path).is_err() {
+        return false;
+    }
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(LONGEST_LINE).read_to_end(&mut head));
+    // The head may end within a character, and a broken line is an error of the list.
+    let text = decode_text(head.clone()).unwrap_or_else(|| String::from_utf8_lossy(&head).into_owned());
+    let first = text.lines().find(|line| !line.is_empty()).map(Path::new);
+    read.is_ok() && first.is_some_and(|first| first.is_file() || has_known_extension(first))
+}
+
+/// The files of a list. Relative paths are below the folder that all files have in common.
+fn list_of(path: &Path) -> mocap::Result<Vec<Input>> {
+    let text = read_text(path)?;
     let files: Vec<&Path> = text.lines().filter(|line| !line.is_empty()).map(Path::new).collect();
-    // A motion may have the extension of a text file.
-    let first = files
-        .first()
-        .filter(|first| first.is_file() || has_known_extension(first))?;
     let above = |folder: &&Path| files.iter().all(|file| file.starts_with(folder));
+    let first = files.first().copied().unwrap_or(Path::new(""));
     let folder = first.ancestors().skip(1).find(above).unwrap_or(Path::new(""));
     let listed = |file: &&Path| Input {
         relative: Input::new(file.to_path_buf(), folder).relative,
         ..Input::named(file)
     };
-    Some(files.iter().map(listed).collect())
+    Ok(files.iter().map(listed).collect())
 }
 
 /// The files found in folders and by wildcards.
@@ -278,7 +290,7 @@ fn is_pattern(path: &Path) -> bool {
 
 /// Whether a path may name several files.
 pub(crate) fn names_several(path: &Path) -> bool {
-    path.is_dir() || is_pattern(path) || list_of(path).is_some()
+    path.is_dir() || is_pattern(path) || is_list(path)
 }
 
 fn has_known_extension(path: &Path) -> bool {

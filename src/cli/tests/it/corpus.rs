@@ -226,6 +226,22 @@ fn twins_are_found_and_one_of_them_is_kept() {
     let listed = std::fs::read_dir(folder.path("listed")).unwrap().flatten();
     let listed = listed.filter(|entry| entry.path().extension().is_some_and(|extension| extension == "bvh"));
     assert_eq!(listed.count(), chosen.lines().count());
+    // Editors and shells of Windows write a byte order mark.
+    let marked = format!("\u{feff}{chosen}");
+    let units = || marked.encode_utf16();
+    for (name, bytes) in [
+        ("utf8", marked.clone().into_bytes()),
+        ("utf16le", units().flat_map(u16::to_le_bytes).collect()),
+        ("utf16be", units().flat_map(u16::to_be_bytes).collect()),
+    ] {
+        folder.write(&format!("{name}.txt"), &bytes);
+        folder.succeeds(&format!("survey {name}.txt -o {name}.jsonl"));
+        let rows = String::from_utf8(folder.read(&format!("{name}.jsonl"))).unwrap();
+        assert_eq!(rows.lines().count(), chosen.lines().count(), "{name}: {rows}");
+    }
+    folder.write("broken.txt", &[chosen.as_bytes(), b"\xff.bvh\n"].concat());
+    let said = folder.ends_with(1, "survey broken.txt -o broken.jsonl");
+    assert!(said.contains("broken.txt") && said.contains("not UTF-8"), "{said}");
     for nothing in ["0", "0%"] {
         let said = folder.ends_with(2, &format!("survey . --select {nothing} -o none.txt"));
         assert!(said.contains("above 0") && !folder.path("none.txt").exists(), "{said}");
