@@ -1,6 +1,6 @@
 //! The file `mocap.toml` of a folder. It states where the motions of the folder come from.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -42,26 +42,34 @@ fn text_of(path: &Path) -> Result<Option<String>> {
 }
 
 /// The `mocap.toml` files near `paths`, each with warnings about its patterns that match no file of its folder and of
-/// the folders in it.
+/// the folders in it. These folders are read only if a pattern matches none of `paths`.
 #[doc(hidden)]
 pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<(PathBuf, Vec<Diagnostic>)> {
-    let folder_of = |path: &'a Path| Some(std::path::absolute(path).ok()?.parent()?.to_owned());
-    let folders: BTreeSet<PathBuf> = paths.into_iter().filter_map(folder_of).collect();
-    let near = folders
-        .iter()
-        .flat_map(|folder| folder.ancestors().take(2))
-        .map(Path::to_owned);
-    let near: BTreeSet<PathBuf> = near.collect();
+    let absolute = paths.into_iter().filter_map(|path| std::path::absolute(path).ok());
+    let paths: Vec<PathBuf> = absolute.collect();
+    let mut near = BTreeMap::<&Path, Vec<&Path>>::new();
+    for path in &paths {
+        for folder in path.ancestors().skip(1).take(2) {
+            near.entry(folder).or_default().push(path);
+        }
+    }
     let here = std::env::current_dir().ok();
-    let warnings = near.into_iter().filter_map(|folder| {
+    let warnings = near.into_iter().filter_map(|(folder, paths)| {
         let path = folder.join(NAME);
         // The import of a motion reports a file that cannot be read.
         let text = text_of(&path).ok()??;
-        let mut names = Vec::new();
-        for entry in files_of(&folder) {
+        let mut names: Vec<String> = paths.into_iter().filter_map(name_of).collect();
+        if Attribution::unmatched_patterns(&text, &names).is_empty() {
+            return None;
+        }
+        for entry in files_of(folder) {
             match entry.is_dir() {
-                true => names.extend(files_of(&entry).filter(|path| !path.is_dir()).filter_map(name_of)),
-                false => names.extend(name_of(entry)),
+                true => names.extend(
+                    files_of(&entry)
+                        .filter(|path| !path.is_dir())
+                        .filter_map(|path| name_of(&path)),
+                ),
+                false => names.extend(name_of(&entry)),
             }
         }
         let shown = here.as_deref().and_then(|here| path.strip_prefix(here).ok());
@@ -76,7 +84,7 @@ fn files_of(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     entries.map(|entry| entry.path())
 }
 
-fn name_of(path: PathBuf) -> Option<String> {
+fn name_of(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().into_owned();
     (name != NAME).then_some(name)
 }
