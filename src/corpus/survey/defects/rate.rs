@@ -42,7 +42,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
     let times = by_rate.max(by_gravity);
     if times > 1.0 {
         let whole = [motion.first, motion.frames - 1];
-        findings.add(WrongRate, whole, None, times, confidence(times, 1.25));
+        findings.add(WrongRate, whole, None, times, confidence(times, 1.3));
     }
 }
 
