@@ -4,6 +4,8 @@
 
 #[path = "memory/containers.rs"]
 mod containers;
+#[path = "memory/long_takes.rs"]
+mod long_takes;
 
 use std::fs;
 
@@ -212,6 +214,21 @@ fn hold_a_packed_clip(failures: &mut String) {
     }
 }
 
+/// What a command takes beside the keys of a long take.
+fn hold_long_takes(failures: &mut String) {
+    for (name, most, noise, run) in long_takes::CASES {
+        let scene = long_takes::take(noise);
+        let keys = long_takes::bytes(&scene) as f64;
+        let before = ALLOCATOR.current_usage();
+        ALLOCATOR.reset_peak_usage();
+        run(scene);
+        let times = (ALLOCATOR.peak_usage() - before) as f64 / keys;
+        if times > most {
+            *failures += &format!("{name} of a long take takes {times:.2} times its keys, more than {most}\n");
+        }
+    }
+}
+
 /// The start of a C3D file, with 65,535 points in a frame, of which none is there.
 fn many_points() -> Vec<u8> {
     let mut bytes = fs::read("fixtures/real/optotrak.c3d").unwrap();
@@ -270,6 +287,7 @@ fn memory_is_a_small_multiple_of_the_input() {
         &frames_of_a_still_clip(1_000_000_000),
     );
     hold_a_packed_clip(&mut failures);
+    hold_long_takes(&mut failures);
     let bytes = few_keys_of_many_frames();
     for mesh in [SkeletonMesh::None, SkeletonMesh::Segmented] {
         let (peak, allowed) = peak(&Importer::new().skeleton_mesh(mesh), &bytes, "dance.vmd");
