@@ -24,10 +24,6 @@ const OVER: f64 = 0.2;
 /// frame, and is shorter than a swing.
 const SPEED_OVER: f64 = 0.04;
 
-/// The time in seconds over which the speed at an end of a gap acts: half a stride. A limb does not swing on for
-/// longer.
-const SWING: f64 = 0.5;
-
 /// The joints that markers do not determine, in each frame.
 pub(super) struct Gaps {
     /// The standard deviation of each joint with all markers.
@@ -100,7 +96,7 @@ impl Gaps {
                 let told_before = loose[..before].iter().rev().take(speed_over).take_while(|own| !**own);
                 let told_after = loose[after + 1..].iter().take(speed_over).take_while(|own| !**own);
                 let (back, on) = (told_before.count(), told_after.count());
-                let curve = Curve::of(&local, (before, back), (after, on), SWING * rate);
+                let curve = Curve::of(&local, (before, back), (after, on));
                 let deviation = OFF * ((after - before) as f64 / (rate * OVER)).powi(2);
                 for (frame, found) in found.iter_mut().enumerate().take(after).skip(first) {
                     found.push((joint, curve.at(frame), deviation));
@@ -123,7 +119,7 @@ pub(super) fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
     runs
 }
 
-/// A curve of rotation vectors from a frame to a later one.
+/// A cubic Hermite curve of rotation vectors from a frame to a later one.
 struct Curve {
     first: usize,
     frames: f64,
@@ -131,19 +127,11 @@ struct Curve {
     turn: DVec3,
     /// Angular velocities at both ends, per frame.
     speeds: [DVec3; 2],
-    /// The number of frames over which each speed acts.
-    swing: f64,
 }
 
 impl Curve {
     /// A curve between two frames. The speed at each end is averaged over `back` frames before and `on` frames after.
-    /// It acts over `swing` frames.
-    fn of(
-        local: &impl Fn(usize) -> DQuat,
-        (first, back): (usize, usize),
-        (last, on): (usize, usize),
-        swing: f64,
-    ) -> Self {
+    fn of(local: &impl Fn(usize) -> DQuat, (first, back): (usize, usize), (last, on): (usize, usize)) -> Self {
         let turn = |from: usize, to: usize| {
             let turn = local(to) * local(from).inverse();
             (if turn.w < 0.0 { -turn } else { turn }).to_scaled_axis()
@@ -160,47 +148,15 @@ impl Curve {
             from: local(first),
             turn: whole,
             speeds: [speed(first - back, first), speed(last, last + on)],
-            swing: swing.min(frames),
         }
     }
 
     fn at(&self, frame: usize) -> DQuat {
-        let turn = bridged(self.turn, self.speeds, (self.frames, self.swing), frame - self.first);
+        let part = (frame - self.first) as f64 / self.frames;
+        let (square, cube) = (part * part, part * part * part);
+        let turn = self.turn * (3.0 * square - 2.0 * cube)
+            + self.speeds[0] * (self.frames * (cube - 2.0 * square + part))
+            + self.speeds[1] * (self.frames * (cube - square));
         (DQuat::from_scaled_axis(turn) * self.from).normalize()
-    }
-}
-
-/// The change until a frame of a gap of `frames`. Over the whole gap it is `change`, and it begins and ends with
-/// `speeds`, which are per frame. Each speed acts over `swing` frames. If that is the whole gap, the curve is a cubic
-/// Hermite curve.
-fn bridged(change: DVec3, speeds: [DVec3; 2], (frames, swing): (f64, f64), frame: usize) -> DVec3 {
-    let (mean, frame) = (change / frames, frame as f64);
-    let swung = |frames: f64| frames * (1.0 - frames / swing).max(0.0).powi(2);
-    mean * frame + (speeds[0] - mean) * swung(frame) - (speeds[1] - mean) * swung(frames - frame)
-}
-
-/// Replaces the positions of the root in a gap of frames, at `rate` frames per second.
-pub(super) fn bridge(roots: &mut [DVec3], (first, last): (usize, usize), rate: f64) {
-    let (Some(before), after) = (first.checked_sub(1), last + 1) else {
-        return;
-    };
-    if after >= roots.len() {
-        return;
-    }
-    let speed_over = ((SPEED_OVER * rate).round() as usize).max(1);
-    let (back, on) = (
-        before.saturating_sub(speed_over),
-        (after + speed_over).min(roots.len() - 1),
-    );
-    let frames = (after - before) as f64;
-    let change = roots[after] - roots[before];
-    let speed = |from: usize, to: usize| match to - from {
-        0 => change / frames,
-        count => (roots[to] - roots[from]) / count as f64,
-    };
-    let speeds = [speed(back, before), speed(after, on)];
-    let from = roots[before];
-    for (frame, root) in roots.iter_mut().enumerate().take(after).skip(first) {
-        *root = from + bridged(change, speeds, (frames, (SWING * rate).min(frames)), frame - before);
     }
 }

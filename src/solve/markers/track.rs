@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::calibrate::Frame;
 use super::fit::{Fit, Toward};
-use super::gaps::{Gaps, bridge, runs as intervals};
+use super::gaps::{Gaps, runs as intervals};
 use super::model::{Joint, Model, Pose, World};
 use super::take::Track;
 
@@ -52,9 +52,6 @@ pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate
             gaps.note((model, &mut tracker.fit), pose, (frame, &distances));
         },
     );
-    for gap in intervals(&gaps.loose[0]) {
-        bridge(&mut tracked.roots, gap, rate);
-    }
     for (frame, toward) in gaps.between(model, &tracked.rotations, rate).iter().enumerate() {
         if !toward.is_empty() {
             let pose = tracker.again(frame, toward, &tracked);

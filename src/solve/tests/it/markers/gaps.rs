@@ -83,29 +83,6 @@ fn filled_frames_are_marked_in_the_report_the_table_and_the_provenance() {
 }
 
 #[test]
-fn a_long_gap_of_all_markers_is_bridged_without_a_detour() {
-    // 1.7 seconds, in which the body walks on.
-    let gap = 30..71;
-    let (scene, truth) = (hidden(&[], gap.clone()), walk());
-    let bone = |name: &str, frame: usize| {
-        let pose = Pose::at_tick(&scene, 0, frame as f64).unwrap();
-        joint(&scene, &pose, name).0
-    };
-    let hips = |frame: usize| {
-        let pose = Pose::at_tick(&truth, 0, (1 + frame * EVERY) as f64).unwrap();
-        joint(&truth, &pose, "Hips").0 * super::planted::MILLIMETRES
-    };
-    // The hips of the truth are above the line of the hip joints, by the same vector in all frames.
-    let above = bone("hips", gap.start - 1) - hips(gap.start - 1);
-    for frame in gap.clone() {
-        let off = bone("hips", frame).distance(hips(frame) + above);
-        assert!(off < 150.0, "frame {frame}: the hips are {off} mm off their path");
-        let foot = bone("leftFoot", frame) - bone("hips", frame);
-        assert!(foot.y < -400.0, "frame {frame}: the foot is at {foot} from the hips");
-    }
-}
-
-#[test]
 fn an_elbow_that_is_never_seen_changes_nothing_but_its_arm() {
     let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1)).solved();
     let without = hidden(&["LELB"], 0..planted(&walk(), EVERY, &[]).frames.len());
