@@ -70,7 +70,7 @@ fn a_walk_in_the_air_is_not_good() {
     let said = report.to_string();
     for text in [
         ": poor, not feasible in ",
-        " of frames (no sole is on the floor): limbs ",
+        " of frames (no sole is on the floor): mean limb error ",
         ": poor because fraction floating is ",
         ", above 0.2\n",
         ": also, fraction infeasible is ",
