@@ -285,7 +285,7 @@ mod reports {
         folder.write("other.parquet", b"PAR1 of another program PAR1");
         let run = |report: &str| format!("robot in --robot robot.urdf -o out --report {report}");
         folder.refuses(&run("r.csv"), 2, "r.csv: the name of the output must end in .parquet");
-        folder.refuses(&run("no/r.parquet"), 2, "no/r.parquet: there is no folder no");
+        folder.refuses(&run("no/r.parquet"), 2, "no/r.parquet: folder not found: no");
         folder.refuses(
             &run("other.parquet"),
             2,

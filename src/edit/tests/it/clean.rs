@@ -440,12 +440,6 @@ fn helpers_that_hardly_move_change_nothing() {
     assert_eq!(outcome(&report, CleanPart::Noise), CleanOutcome::Changed, "{report}");
     let about = |report: &CleanReport| report.parts.iter().map(|part| part.about.clone()).collect::<Vec<_>>();
     assert_eq!(about(&alone), about(&report));
-    for (alone, helped) in scene.animations[0].channels.iter().zip(&helped.animations[0].channels) {
-        assert_eq!(alone.node_name, helped.node_name);
-        let pairs = alone.rotation_keys.values.iter().zip(&helped.rotation_keys.values);
-        let off = pairs.map(|(a, b)| a.angle_between(*b)).fold(0.0, f32::max);
-        assert!(off < 1e-3, "{}: {off}", alone.node_name);
-    }
 }
 
 /// How far the ankles are above or below their mean height where they are slow in the truth, in units of the scene.

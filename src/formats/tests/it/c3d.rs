@@ -636,15 +636,15 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
     }
 }
 
-/// The poses of segments: label, columns of the rotation, and origin.
-type Poses = [(&'static str, [[f32; 3]; 3], [f32; 3])];
+/// The pose of a segment: label, columns of the rotation, and origin.
+type Planted = (&'static str, [[f32; 3]; 3], [f32; 3]);
 
 /// Axes of a standing segment: +X to the right, +Y forward, +Z up.
 const STANDS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A C3D file with the group ROTATION, by the layout of C-Motion: 17 floats for each segment and frame, the matrix
 /// column by column and then the residual. Some segments are not found in the second of three frames.
-fn with_rotations(poses: &Poses, markers: u16, lost: &str) -> Vec<u8> {
+fn with_rotations(poses: &[Planted], markers: u16, lost: &str) -> Vec<u8> {
     let sample = &SAMPLE;
     let mut header = vec![2, 0x50];
     for word in [markers as i16, 0, 1, 3, 10] {
@@ -666,7 +666,7 @@ fn with_rotations(poses: &Poses, markers: u16, lost: &str) -> Vec<u8> {
     parameters.extend(sample.parameter(2, "USED", 2, &[], &sample.word(poses.len() as i16)));
     parameters.extend(sample.parameter(2, "RATIO", 2, &[], &sample.word(1)));
     parameters.extend(sample.parameter(2, "DATA_START", 2, &[], &sample.word(6)));
-    let label = |pose: &(&str, [[f32; 3]; 3], [f32; 3])| format!("{:16}", format!("{}_4X4", pose.0)).into_bytes();
+    let label = |pose: &Planted| format!("{:16}", format!("{}_4X4", pose.0)).into_bytes();
     let labels: Vec<u8> = poses.iter().flat_map(label).collect();
     parameters.extend(sample.parameter(2, "LABELS", -1, &[16, poses.len() as u8], &labels));
     parameters.resize(3 * 512, 0);
@@ -691,7 +691,7 @@ fn with_rotations(poses: &Poses, markers: u16, lost: &str) -> Vec<u8> {
 
 /// A body that stands with its left knee bent by 60 degrees, and lifts its right arm to the side. Its feet have the
 /// axes that Visual3D gives them: +Z from the toes to the ankle.
-fn theia() -> Vec<(&'static str, [[f32; 3]; 3], [f32; 3])> {
+fn theia() -> Vec<Planted> {
     let (sin, cos) = 60_f32.to_radians().sin_cos();
     // The shank of a bent knee points back: its proximal end is above and in front of its distal end.
     let bent = [[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]];
@@ -795,7 +795,7 @@ fn markers_of_a_file_with_rotations_stay_and_the_rotations_are_said_to_be_skippe
     let said = |warning: &&mocap::Diagnostic| warning.message.contains("18 segments in ROTATION");
     assert_eq!(scene.warnings.iter().filter(said).count(), 1);
     // Segments that are no body are not made to one, and a file that is cut off is read as far as it goes.
-    let legs = |pose: &&(&str, [[f32; 3]; 3], [f32; 3])| !pose.0.ends_with("thigh");
+    let legs = |pose: &&Planted| !pose.0.ends_with("thigh");
     let other: Vec<_> = theia().iter().filter(legs).copied().collect();
     assert_eq!(read(&with_rotations(&other, 0, "")).unwrap().nodes.len(), 1);
     let whole = with_rotations(&theia(), 0, "");
