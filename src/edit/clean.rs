@@ -129,8 +129,8 @@ impl Step for Clean {
     }
 }
 
-/// The least evidence of a dropped frame in [`MotionErrors`]. A repair needs more, because it changes the motion. Of 300
-/// clean cuts in tools/survey none has as much; of 77 cuts without a frame, one has less.
+/// The least evidence of a dropped frame in [`MotionErrors`], the logarithm of a ratio. A repair needs more, because it
+/// changes the motion. Of 300 clean cuts in tools/survey none has as much; of 77 cuts without a frame, one has less.
 const REPORTED_EVIDENCE: f64 = 0.2;
 
 /// The defects of a motion: in its timing, rotations, sides, noise and floor.

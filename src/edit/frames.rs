@@ -1,5 +1,6 @@
 //! The frames of an animation as transforms, which steps change and write back.
 
+mod constant;
 mod gaps;
 mod track;
 mod weights;
@@ -13,7 +14,8 @@ use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene};
 
-use self::track::TrsTrack;
+use self::constant::{constant_value, is_near, is_same_rotation};
+use self::track::{ConstantParts, TrsTrack};
 use self::weights::Weights;
 pub(super) use self::weights::lost_weights;
 
@@ -38,18 +40,6 @@ pub(super) struct Frames<'a> {
     /// The weights of the morph targets of the scene.
     weights: Weights,
 }
-
-/// The parts of a node's transform that do not change in an animation.
-#[derive(Clone, Copy, Default)]
-struct ConstantParts {
-    translation: Option<Vec3>,
-    rotation: Option<Quat>,
-    scale: Option<Vec3>,
-}
-
-/// How far a computed value may differ from a constant that it reproduces, as a fraction of its length: a few roundings
-/// of single precision.
-const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 impl Frames<'static> {
     /// A copy of the frames of `animation`, an index into the animations of `scene`, which may be written back into it.
@@ -459,47 +449,6 @@ impl<'a> Frames<'a> {
             None => Keys::at_ticks(values, self.ticks.clone()),
         }
     }
-}
-
-impl ConstantParts {
-    /// Finds the constant parts of a node's transforms.
-    fn of(track: &TrsTrack, frames: usize) -> Self {
-        if frames == 0 {
-            return Self::default();
-        }
-        let TrsTrack {
-            translation,
-            rotation,
-            scale,
-        } = track;
-        let is_first = |is_first: &dyn Fn(usize) -> bool| (1..frames).all(is_first);
-        Self {
-            translation: is_first(&|frame| translation.at(frame) == translation.at(0)).then(|| translation.at(0)),
-            rotation: is_first(&|frame| rotation.at(frame) == rotation.at(0)).then(|| rotation.at(0)),
-            scale: is_first(&|frame| scale.at(frame) == scale.at(0)).then(|| scale.at(0)),
-        }
-    }
-}
-
-/// The value of a constant track. A track that was `constant` stays so if it differs only by rounding. Any other track
-/// becomes constant only if all its values are equal, so slow motion stays.
-fn constant_value<T: Copy + PartialEq>(values: &[T], constant: Option<T>, is_near: fn(T, T) -> bool) -> Option<T> {
-    let first = *values.first()?;
-    let are_near = |wanted: &T| values.iter().all(|value| is_near(*value, *wanted));
-    match constant {
-        Some(constant) => [constant, first].into_iter().find(are_near),
-        None => values.iter().all(|value| *value == first).then_some(first),
-    }
-}
-
-fn is_near(value: Vec3, constant: Vec3) -> bool {
-    value.distance(constant) <= ROUNDING * constant.length()
-}
-
-/// Whether two quaternions are the same rotation: a quaternion and its negative are.
-fn is_same_rotation(value: Quat, constant: Quat) -> bool {
-    let apart = (value - constant).length().min((value + constant).length());
-    apart <= ROUNDING
 }
 
 /// Interpolates between two transforms.

@@ -27,10 +27,10 @@ step! {
     ///
     /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
     /// rotation of each from the rest pose is reflected. A rest pose whose sides are no mirror images is replaced by
-    /// the T-pose, in which each bone is turned about itself as on the average of the motion. For an animal on four legs,
-    /// it is the pose in which the animal stands. Offsets stay, and so each
-    /// side keeps its lengths. Mirrored twice, a motion is what it was.
-    /// On the face of a VRM animation the winks of both eyes change places, and the gaze is mirrored.
+    /// the T-pose, in which each bone is turned about itself as on the average of the motion. For an animal on four
+    /// legs, it is the pose in which the animal stands. Offsets stay, and so each side keeps its lengths. Mirrored
+    /// twice, a motion is what it was. On the face of a VRM animation the winks of both eyes change places, and the
+    /// gaze is mirrored.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

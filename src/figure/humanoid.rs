@@ -75,6 +75,12 @@ pub enum Sides {
     Unknown,
 }
 
+/// The animal in a scene; `None` if the creature does not walk on four legs.
+pub(crate) fn quadruped_of(scene: &Scene, humanoid: &Humanoid) -> Option<Quadruped> {
+    let is_one = humanoid.creature == Some(Creature::FourLegged);
+    is_one.then(|| Quadruped::of(scene, humanoid)).flatten()
+}
+
 impl Sides {
     /// Its name in JSON.
     pub const fn as_str(self) -> &'static str {

@@ -71,6 +71,7 @@ pub use self::axis::Axis;
 pub use self::bone_names::BoneNames;
 pub use self::convert::Conversion;
 use self::ground::Ground;
+use self::humanoid::quadruped_of;
 pub use self::humanoid::{Creature, Humanoid, HumanoidMap};
 #[doc(hidden)]
 pub use self::limb_angles::LimbAngles;
@@ -135,7 +136,7 @@ pub fn up(scene: &Scene) -> Axis {
     }
     let humanoid = Humanoid::of(scene);
     let body = measure::Measures::new(scene, &humanoid).up();
-    let animal = || animal::up(scene, Quadruped::of_creature(scene, &humanoid).as_ref()?);
+    let animal = || animal::up(scene, quadruped_of(scene, &humanoid).as_ref()?);
     let of_body = body.or_else(animal).map(|up| up.value);
     let extent = || extent::Extent::new(scene, &placing::placing(scene, &humanoid));
     of_body.unwrap_or_else(|| Axis::from(extent().up().value))
@@ -249,7 +250,7 @@ impl Figure {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn quadruped(&self, scene: &Scene) -> Option<&Quadruped> {
-        let find = || Quadruped::of_creature(scene, &self.humanoid);
+        let find = || quadruped_of(scene, &self.humanoid);
         self.quadruped.get_or_init(find).as_ref()
     }
 
@@ -309,11 +310,7 @@ impl Figure {
             ..stated(up).map(Axis::Y)
         });
         let quadruped = OnceLock::new();
-        let animal = || {
-            quadruped
-                .get_or_init(|| Quadruped::of_creature(scene, &humanoid))
-                .as_ref()
-        };
+        let animal = || quadruped.get_or_init(|| quadruped_of(scene, &humanoid)).as_ref();
         let axis = stated_axis.or_else(|| body.up());
         let axis = axis.or_else(|| animal::up(scene, animal()?));
         let up = match (&axis, scene.metadata.up) {

@@ -9,6 +9,7 @@
 mod feet;
 pub mod moving;
 pub mod sole;
+mod standing;
 pub mod t_pose;
 
 use std::collections::BTreeMap;
@@ -20,6 +21,7 @@ use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 use serde::Serialize;
 
+pub use self::standing::standing_limbs;
 use super::humanoid::HumanoidMap;
 use super::names::{self, Name};
 
@@ -145,12 +147,6 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
     Ok(bones.collect())
 }
 
-/// The legs of a robot, with all joints at 0: the moving links of each limb that ends at the level of the lowest limb,
-/// from the trunk outwards.
-pub fn standing_limbs(robot: &Robot) -> Vec<Vec<usize>> {
-    Tree::new(robot).standing_limbs()
-}
-
 /// A robot as a scene in metres, +Z up, with one node for each link. In the rest pose every joint is at 0. The links
 /// that are bones of a humanoid are marked.
 pub fn robot_scene(robot: &Robot) -> Scene {
@@ -241,41 +237,6 @@ impl<'a> Tree<'a> {
                 limbs.push(Limb { from, links });
             }
         }
-        limbs
-    }
-
-    /// The limbs that end at the level of the lowest limb, with all joints at 0. Limbs of one trunk may share joints of
-    /// a spine.
-    fn standing_limbs(&self) -> Vec<Vec<usize>> {
-        let path = |leaf: usize| {
-            let mut path: Vec<usize> = std::iter::successors(Some(leaf), |link| self.robot.links[*link].parent)
-                .filter(|link| self.robot.links[*link].joint.moves() && *link != 0)
-                .collect();
-            path.reverse();
-            path
-        };
-        let leaves = (1..self.children.len()).filter(|link| self.robot.links[*link].joint.moves());
-        let leaves = leaves.filter(|link| self.children[*link].is_empty());
-        let mut paths: Vec<Vec<usize>> = leaves.map(path).filter(|path| path.len() >= LIMB).collect();
-        let end = |path: &[usize]| self.anchor(path[path.len() - 1]).z;
-        paths.sort_by(|a, b| end(a).total_cmp(&end(b)));
-        let shared = |a: &[usize], b: &[usize]| a.iter().zip(b).take_while(|(a, b)| a == b).count();
-        let mut limbs: Vec<Vec<usize>> = Vec::new();
-        for path in paths {
-            let is_apart = |limb: &Vec<usize>| path.len().min(limb.len()) >= shared(&path, limb) + LIMB;
-            if limbs.iter().all(is_apart) {
-                limbs.push(path);
-            }
-        }
-        let whole = limbs.clone();
-        for (index, limb) in limbs.iter_mut().enumerate() {
-            let others = whole.iter().enumerate().filter(|(other, _)| *other != index);
-            let common = others.map(|(_, other)| shared(&whole[index], other)).max().unwrap_or(0);
-            limb.drain(..common);
-        }
-        let Some(lowest) = limbs.first() else { return limbs };
-        let (level, leg) = (end(lowest), self.anchor(lowest[0]).z - end(lowest));
-        limbs.retain(|limb| end(limb) < level + LOW * leg && self.anchor(limb[0]).z > end(limb) + LOW * leg);
         limbs
     }
 

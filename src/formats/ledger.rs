@@ -169,8 +169,8 @@ pub struct LedgerOptions {
     pub sidecar: bool,
 }
 
-/// Whether the files of a format state a unit of length, as the format's row says. A writer that asked the table of formats
-/// would link every reader.
+/// Whether the files of a format state a unit of length, as the format's row says. A writer that asked the table of
+/// formats would link every reader.
 pub fn states_unit(format: Format) -> bool {
     !matches!(format, Format::Bvh | Format::AsfAmc | Format::Bip)
 }

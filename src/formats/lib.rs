@@ -228,18 +228,6 @@ impl fmt::Debug for FormatInfo {
 }
 
 impl FormatInfo {
-    /// The row without its functions. A writer that used the row itself would link the reader of the format.
-    pub(crate) const fn without_functions(self) -> Self {
-        Self {
-            sniff: Self::BASE.sniff,
-            read: Self::BASE.read,
-            write: None,
-            provenance: Self::BASE.provenance,
-            inspect: Self::BASE.inspect,
-            ..self
-        }
-    }
-
     /// The defaults of a row. Each format overrides what differs.
     #[doc(hidden)]
     pub const BASE: Self = Self {

@@ -7,6 +7,18 @@ use mocap_scene::scene::Format;
 use crate::FormatInfo;
 
 impl FormatInfo {
+    /// The row without its functions. A writer that used the row itself would link the reader of the format.
+    pub(crate) const fn without_functions(self) -> Self {
+        Self {
+            sniff: Self::BASE.sniff,
+            read: Self::BASE.read,
+            write: None,
+            provenance: Self::BASE.provenance,
+            inspect: Self::BASE.inspect,
+            ..self
+        }
+    }
+
     /// The row of a format.
     pub fn of(format: Format) -> &'static Self {
         // A test checks that every format has its row.

@@ -100,9 +100,9 @@ impl Provenance {
 
     /// The provenance of an animation in the file from which its scene was read. The file itself shows which animation
     /// it is.
-    pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
+    pub(crate) fn of_kept(scene: &Scene, index: usize, format: &FormatInfo) -> Self {
         Self {
-            losses: const { &crate::gltf::FORMAT.without_functions() }.losses(scene, LedgerOptions::default()),
+            losses: format.losses(scene, LedgerOptions::default()),
             ..Self::of_animation(scene, scene.animations.get(index))
         }
     }

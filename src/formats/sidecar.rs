@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use mocap_scene::error::Code;
 use mocap_scene::limits;
 use mocap_scene::report::indented_json;
-use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Format, Scene};
 use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::provenance::Provenance;
-use super::{ExportFile, WriteOptions};
+use super::{ExportFile, FormatInfo, WriteOptions};
 
 /// The contents of a sidecar.
 #[derive(Serialize, Deserialize)]
@@ -34,7 +34,7 @@ impl Sidecar {
     pub(super) fn of(scene: &Scene, options: &WriteOptions, file: &ExportFile) -> ExportFile {
         let sidecar = Self {
             mocap: Provenance {
-                losses: crate::bvh::FORMAT.losses(scene, options.bvh.ledger()),
+                losses: FormatInfo::of(Format::Bvh).losses(scene, options.bvh.ledger()),
                 ..Provenance::of(scene)
             },
             sha256: sum(file.parts()),

@@ -25,6 +25,8 @@ mod frame;
 mod joints;
 mod lanes;
 #[cfg(feature = "npz")]
+mod mhr;
+#[cfg(feature = "npz")]
 pub(crate) mod npz;
 mod options;
 #[cfg(feature = "parquet")]

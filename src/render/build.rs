@@ -1,5 +1,6 @@
 //! Joins the modules of the player to one script, and compresses the script and the font. They are a twentieth of the
-//! program. A module for browsers has them uncompressed, because it is compressed as a whole, and the drop page clears them.
+//! program. A module for browsers has them uncompressed, because it is compressed as a whole, and the drop page clears
+//! them.
 
 use std::fs::{File, read_to_string};
 use std::io::{Result, Write};

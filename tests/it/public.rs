@@ -169,6 +169,7 @@ const CLOSED: &[&str] = &[
     "Confidence",
     "Event",
     "Face",
+    "FilledJoint",
     "ForcePlate",
     "JointRename",
     "LimbAngles",

@@ -205,8 +205,8 @@ fn skate(work: &Work<'_>, found: &DetectedContacts) -> Option<f64> {
     (steps > 0).then(|| slid * work.frames.rate / steps as f64)
 }
 
-/// The mean distance of feet from their level before a part of the cleaning, in metres, in those frames in which they are
-/// in contact after it.
+/// The mean distance of feet from their level before a part of the cleaning, in metres, in those frames in which they
+/// are in contact after it.
 pub(super) fn uneven_before(before: &Work<'_>, after: &Work<'_>) -> Option<f64> {
     let [mut feet, locked] =
         [before, after].map(|work| detect(work.scene, &work.frames, work.figure, &ContactOptions::default()));

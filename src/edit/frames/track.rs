@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Channel, Keys};
 
-use super::{ConstantParts, constant_value, is_near, is_same_rotation};
+use super::constant::{constant_value, is_near, is_same_rotation};
 
 /// A part of a transform: translation, rotation or scale.
 pub(super) trait Part: Copy {
@@ -242,6 +242,34 @@ impl<'a> TrsTrack<'a> {
             translation: self.translation.picked(chosen),
             rotation: self.rotation.picked(chosen),
             scale: self.scale.picked(chosen),
+        }
+    }
+}
+
+/// The parts of a node's transform that do not change in an animation.
+#[derive(Clone, Copy, Default)]
+pub(super) struct ConstantParts {
+    pub(super) translation: Option<Vec3>,
+    pub(super) rotation: Option<Quat>,
+    pub(super) scale: Option<Vec3>,
+}
+
+impl ConstantParts {
+    /// Finds the constant parts of a node's transforms.
+    pub(super) fn of(track: &TrsTrack, frames: usize) -> Self {
+        if frames == 0 {
+            return Self::default();
+        }
+        let TrsTrack {
+            translation,
+            rotation,
+            scale,
+        } = track;
+        let is_first = |is_first: &dyn Fn(usize) -> bool| (1..frames).all(is_first);
+        Self {
+            translation: is_first(&|frame| translation.at(frame) == translation.at(0)).then(|| translation.at(0)),
+            rotation: is_first(&|frame| rotation.at(frame) == rotation.at(0)).then(|| rotation.at(0)),
+            scale: is_first(&|frame| scale.at(frame) == scale.at(0)).then(|| scale.at(0)),
         }
     }
 }

@@ -15,8 +15,8 @@ use serde::Serialize;
 
 use self::stance::Stance;
 use super::super::poses::poses;
+use super::Humanoid;
 use super::topology::{Pair, Tree, pairs};
-use super::{Creature, Humanoid};
 use crate::Confidence;
 use crate::names::words::Part;
 use crate::rig::Rig;
@@ -133,12 +133,6 @@ impl Quadruped {
         rig.scene.animations = animations.map(|motion| rig.in_rig(scene, motion)).collect();
         let found = find(&rig.scene, &Tree::new(&rig.scene, Vec::new()))?;
         Some(found.map(|node| rig.node_of_file(node)))
-    }
-
-    /// The animal in a scene; `None` if the creature does not walk on four legs.
-    pub(crate) fn of_creature(scene: &Scene, humanoid: &Humanoid) -> Option<Self> {
-        let is_one = humanoid.creature == Some(Creature::FourLegged);
-        is_one.then(|| Self::of(scene, humanoid)).flatten()
     }
 
     /// Its joints as the bones of a humanoid, for steps that need only pairs of joints: front legs are arms.

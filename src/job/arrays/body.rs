@@ -17,8 +17,8 @@ use mocap_scene::pose::Pose;
 use mocap_scene::scene::joint_tables::{Joint, smpl, soma};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene, UpAxis};
 
+use super::mhr::{Posed, own_mhr};
 use super::npz;
-use super::skeletons::{Posed, own_mhr};
 
 /// A layout of arrays for the motion of a humanoid. [`BodyArrays`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -162,7 +162,8 @@ pub(crate) fn for_proto_motions(motion: &RobotMotion, metadata: &str) -> Vec<Nam
 }
 
 /// The motion of a robot with four legs as JSON, as Tencent's lifelike-agility-and-play has it for the robot MAX. Each
-/// frame has the position of the base, its rotation as x, y, z and w, and the joints of each leg from the trunk outwards.
+/// frame has the position of the base, its rotation as x, y, z and w, and the joints of each leg from the trunk
+/// outwards.
 ///
 /// # Errors
 /// [`Code::Unrepresentable`] if the robot does not have four legs with all of its joints.

@@ -41,8 +41,8 @@ const MAX_ERROR: f64 = 1e-4;
 /// It is half an hour at 120 frames per second.
 const LONG_BYTES: usize = 128 << 20;
 
-/// As [`MAX_ERROR`], for motions larger than [`LONG_BYTES`]. It is 1.4 mm for a person, less than a pixel if the figure
-/// fills a screen of 1080 lines.
+/// As [`MAX_ERROR`], a fraction of the figure's reach, for motions larger than [`LONG_BYTES`]. It is 1.4 mm for a
+/// person, less than a pixel if the figure fills a screen of 1080 lines.
 const LONG_MAX_ERROR: f64 = 1.5e-3;
 
 /// The smallest component of a unit quaternion that may be omitted: the largest of the four is at least a half.

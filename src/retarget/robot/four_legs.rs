@@ -86,7 +86,8 @@ impl RobotLeg {
         self.foot_in(pose).z - self.sole_height(pose)
     }
 
-    /// The leg with the joints of an animal, and the directions of thigh, shin and foot of the leg `index` of an animal.
+    /// The leg with the joints of an animal, and the directions of thigh, shin and foot of the leg `index` of an
+    /// animal.
     pub(super) fn segments(&self, frame: &AnimalFrame, index: usize) -> Option<(&AnimalLeg, [DVec3; 3])> {
         let joints = [
             frame.hips[index],

@@ -151,11 +151,8 @@ impl Segments {
         let (Some(parent), Some(child)) = (self.named(parent), self.named(child)) else {
             return DVec3::ZERO;
         };
-        let offset = |(parent, child): (&Option<(DQuat, DVec3)>, &Option<(DQuat, DVec3)>)| {
-            let ((rotation, position), (_, child)) = ((*parent)?, (*child)?);
-            Some(rotation.inverse() * (child - position))
-        };
-        median_vector(std::iter::zip(&parent.poses, &child.poses).filter_map(offset))
+        let both = std::iter::zip(&parent.poses, &child.poses).filter_map(|(parent, child)| (*parent).zip(*child));
+        median_vector(both.map(|((rotation, position), (_, child))| rotation.inverse() * (child - position)))
     }
 
     /// The rotation from axes with +X to the left, +Y up and +Z forward in the standing pose, to the segment's axes.

@@ -14,6 +14,7 @@ use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
 use super::patch::{self, Clip, Replaced, Skeleton};
 use super::{BufferPlace, GltfOptions, morphs};
+use crate::gltf;
 use crate::provenance::Provenance;
 use crate::{Export, ExportFile, WriteOptions};
 
@@ -69,7 +70,7 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
         ..Scene::default()
     };
     let provenances: Vec<Provenance> = (0..scene.animations.len())
-        .map(|index| Provenance::of_kept(scene, index))
+        .map(|index| Provenance::of_kept(scene, index, const { &gltf::FORMAT.without_functions() }))
         .collect();
     let morphs: Vec<_> = (0..scene.animations.len())
         .map(|index| morphs::tracks(original, index))
