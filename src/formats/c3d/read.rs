@@ -40,7 +40,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     if section_start > header.data {
         header.data_end = section_start.min(bytes.len());
     }
-    if let Some(start) = rotations::start(&parameters).filter(|start| *start > header.data) {
+    if let Some((start, _)) = rotations::layout(&parameters).filter(|(start, _)| *start > header.data) {
         header.data_end = header.data_end.min(start);
     }
     let (labels, most) = (parameters.labels().len(), options.limits.max_values);

@@ -69,13 +69,12 @@ pub(super) struct Segments {
     rate: f64,
 }
 
-/// The byte at which the poses begin; `None` if the file has none.
-pub(super) fn start(parameters: &Parameters) -> Option<usize> {
-    let number = |name: &str| parameters.number("ROTATION", name).filter(|number| *number != 0.0);
-    number("USED")?;
-    // An unsigned word.
-    let block = usize::from(number("DATA_START")? as i64 as u16);
-    Some(block.checked_sub(1)? * BLOCK)
+/// The byte at which the poses begin, and the number of segments; `None` if the file has no poses.
+pub(super) fn layout(parameters: &Parameters) -> Option<(usize, usize)> {
+    // Unsigned words, in which 0 means that there are none.
+    let word = |name: &str| Some(usize::from(parameters.number("ROTATION", name)? as i64 as u16));
+    let (block, count) = (word("DATA_START")?.checked_sub(1)?, word("USED")?);
+    (count > 0).then_some((block * BLOCK, count))
 }
 
 /// Reads the poses of all complete frames; `None` if the file has none.
@@ -87,8 +86,7 @@ pub(super) fn read(
     max_values: u64,
     warnings: &mut Warnings,
 ) -> Option<Segments> {
-    let start = start(parameters)?;
-    let count = usize::from(parameters.number("ROTATION", "USED")? as i64 as u16);
+    let (start, count) = layout(parameters)?;
     let stated = |name: &str| parameters.number("ROTATION", name).filter(|number| *number > 0.0);
     let ratio = stated("RATIO").or_else(|| Some(stated("RATE")? / header.stated_rate));
     let ratio = ratio.map_or(1.0, f64::round).clamp(1.0, f64::from(u16::MAX));

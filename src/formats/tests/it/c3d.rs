@@ -798,6 +798,14 @@ fn markers_of_a_file_with_rotations_stay_and_the_rotations_are_said_to_be_skippe
     let legs = |pose: &&Planted| !pose.0.ends_with("thigh");
     let other: Vec<_> = theia().iter().filter(legs).copied().collect();
     assert_eq!(read(&with_rotations(&other, 0, "")).unwrap().nodes.len(), 1);
+    // A fraction of a segment is no segment.
+    let (mut fraction, count) = (with_rotations(&theia(), 2, ""), theia().len() as i16);
+    let [word, real] = [(2, SAMPLE.word(count).to_vec()), (4, SAMPLE.real(0.4).to_vec())]
+        .map(|(kind, data)| SAMPLE.parameter(2, "USED", kind, &[], &data));
+    let at = fraction.windows(word.len()).position(|bytes| bytes == word).unwrap();
+    fraction.splice(at..at + word.len(), real.iter().copied());
+    fraction.drain(4 * 512..4 * 512 + real.len() - word.len());
+    assert_eq!(read(&fraction).unwrap().nodes.len(), 3);
     let whole = with_rotations(&theia(), 0, "");
     let cut = read(&whole[..whole.len() - 4]).unwrap();
     assert_eq!(cut.animations[0].frame_count(), 2);
