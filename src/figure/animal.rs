@@ -117,8 +117,7 @@ impl AnimalTrack {
         }
         let rest = Pose::rest(source);
         let length = |leg: &QuadrupedLeg| {
-            let joints = [Some(leg.upper), Some(leg.lower), leg.ankle, Some(leg.paw)];
-            let joints: Vec<DVec3> = joints.into_iter().flatten().map(|node| at(&rest, node)).collect();
+            let joints: Vec<DVec3> = leg.joints().map(|node| at(&rest, node)).collect();
             joints.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f64>()
         };
         let leg = 0.25 * animal.legs.iter().map(length).sum::<f64>();
@@ -227,7 +226,7 @@ pub fn up(scene: &Scene, animal: &Quadruped) -> Option<Guess<Axis>> {
     let sum: Vec3 = poses(scene).into_iter().map(legs).sum();
     let (value, cosine) = Axis::nearest(sum);
     let reason = format!(
-        "the legs of the animal stand along it, within {:.0} degrees in the mean",
+        "the legs of the animal stand along it, at a mean angle of {:.0} degrees",
         cosine.acos().to_degrees()
     );
     (cosine > ALONG && value.up().is_some()).then_some(Guess {

@@ -18,6 +18,7 @@ use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::positive;
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::math::median::median;
+use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::math::up_axis::from_to;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::report::{AppliedStep, SecondMotion};
@@ -35,7 +36,7 @@ const FARTHEST_HELD: f64 = 0.3;
 /// vertex is on the floor. Other vertices belong to props.
 const SOLE: f32 = 0.5;
 
-/// The humanoid bones that stand for the segments of a leg in reports: front legs are arms.
+/// The humanoid bones under which reports list the segments of each leg. Front legs have the names of arms.
 pub(crate) const SEGMENTS: [[Bone; 3]; 4] = [
     [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
     [Bone::RightUpperArm, Bone::RightLowerArm, Bone::RightHand],
@@ -141,8 +142,7 @@ impl AnimalRetargeter {
         };
         let length = |pose: &Pose, animal: &Quadruped| {
             let of_leg = |leg: &QuadrupedLeg| {
-                let joints = [Some(leg.upper), Some(leg.lower), leg.ankle, Some(leg.paw)];
-                let joints: Vec<Vec3> = joints.into_iter().flatten().map(|node| pose.position(node)).collect();
+                let joints: Vec<Vec3> = leg.joints().map(|node| pose.position(node)).collect();
                 joints.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f32>()
             };
             0.25 * animal.legs.iter().map(of_leg).sum::<f32>()
@@ -294,10 +294,8 @@ impl AnimalRetargeter {
                 let above = parent.map_or(Quat::IDENTITY, |parent| rotation_of(&to.node_to_world[parent.index()]));
                 let world = drive.rotation(from, self.to_target, above);
                 let local = (above.inverse() * world).normalize();
-                let is_far = kept[at].last().is_some_and(|last| last.dot(local) < 0.0);
-                let local = if is_far { -local } else { local };
-                kept[at].push(local);
-                let rotation = local;
+                let rotation = kept[at].last().map_or(local, |last| in_hemisphere_of(*last, local));
+                kept[at].push(rotation);
                 to.node_to_parent[index] = Trs {
                     rotation,
                     ..drive.stands
@@ -366,8 +364,7 @@ impl AnimalRetargeter {
                     };
                     let local = rotation_of(&to.node_to_parent[node.index()]);
                     let before = frame.checked_sub(1).map(|before| rotations[at][before]);
-                    let is_far = before.is_some_and(|before| before.dot(local) < 0.0);
-                    rotations[at][frame] = if is_far { -local } else { local };
+                    rotations[at][frame] = before.map_or(local, |before| in_hemisphere_of(before, local));
                 }
             }
         }

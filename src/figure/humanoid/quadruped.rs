@@ -95,6 +95,13 @@ impl QuadrupedLeg {
         let found = names.into_iter().zip(joints);
         found.filter_map(|(name, joint)| Some((name, joint?))).collect()
     }
+
+    /// The joints that bend, from the hip or the shoulder to the paw.
+    #[doc(hidden)]
+    pub fn joints(&self) -> impl Iterator<Item = NodeId> {
+        let joints = [Some(self.upper), Some(self.lower), self.ankle, Some(self.paw)];
+        joints.into_iter().flatten()
+    }
 }
 
 /// An animal on four legs, with the joints of its body parts.

@@ -41,14 +41,6 @@ const ENOUGH: f64 = 0.5;
 /// side.
 const NOT_STRAIGHT: f64 = 0.05;
 
-/// The humanoid bones that stand for the legs of animals: front legs are arms.
-const BONES: [Bone; 4] = [
-    Bone::LeftUpperArm,
-    Bone::RightUpperArm,
-    Bone::LeftUpperLeg,
-    Bone::RightUpperLeg,
-];
-
 /// A leg of a robot.
 #[derive(Clone, Debug)]
 pub(super) struct RobotLeg {
@@ -103,7 +95,7 @@ impl RobotLeg {
     pub(super) fn directions(&self, pose: &RobotPose, frame: &AnimalFrame, index: usize) -> Vec<(Bone, DVec3, DVec3)> {
         let Some((leg, directions)) = self.segments(frame, index) else {
             let is = pose.root.to_inner(self.foot_in(pose)) - self.hip;
-            return vec![(BONES[index], is, frame.leg(index))];
+            return vec![(SEGMENTS[index][0], is, frame.leg(index))];
         };
         let at = leg.parts.map(|(body, point)| pose.bodies[body].point(point));
         let parts = directions.into_iter().enumerate();
@@ -298,8 +290,8 @@ impl RobotLegs {
     }
 }
 
-/// The bodies of the joints that bend a leg: the joint that swings the leg, and the knee. For a leg with the joints of
-/// an animal, also the ankle and the paw. A girdle above the hip is left out.
+/// The bodies of the joints that bend a leg: the joint that swings the leg, and the knee. If the leg has the joints of an
+/// animal, the ankle and the paw follow. A girdle above the hip bends no leg, so it is not in the list.
 fn bending(kinematics: &Kinematics, zero: &RobotPose, chain: &[usize]) -> Vec<usize> {
     let axis = |body: usize| kinematics.axis(zero, body);
     let length = axis(chain[0]).1.distance(axis(chain[chain.len() - 1]).1);
