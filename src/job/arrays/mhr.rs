@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use mocap_formats::mhr_frames;
-use mocap_scene::pose::Pose;
+use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::joint_tables::{Joint, mhr};
 
@@ -36,8 +36,11 @@ pub(super) fn own_mhr(scene: &Scene) -> Option<Vec<Posed>> {
         .iter()
         .map(|node| node.map_or(DQuat::IDENTITY, |node| turn(&rest, node).inverse()))
         .collect();
+    let animation = scene.animations.first()?;
+    let binding = Binding::new(scene, animation);
+    let mut pose = rest.clone();
     let posed = |frame: usize| {
-        let pose = Pose::at_tick(scene, 0, frame as f64)?;
+        pose.sample(&binding, animation, frame as f64);
         let mut posed: Posed = (Vec::with_capacity(joints.len()), Vec::with_capacity(joints.len()));
         for (index, joint) in joints.iter().enumerate() {
             let above = joint.parent.map(|parent| (posed.0[parent], posed.1[parent]));
@@ -51,7 +54,7 @@ pub(super) fn own_mhr(scene: &Scene) -> Option<Vec<Posed>> {
             posed.0.push(rotation);
             posed.1.push(position);
         }
-        Some(posed)
+        posed
     };
-    (0..scene.animations.first()?.frame_count()).map(posed).collect()
+    Some((0..animation.frame_count()).map(posed).collect())
 }

@@ -94,14 +94,18 @@ impl BodyArrays {
         let height = DVec3::Y * MHR_ROOT_HEIGHT;
         let (mut positions, mut global, mut camera) = (Vec::new(), Vec::new(), Vec::new());
         for frame in 0..self.frames {
+            let solved;
             let (world, posed) = match &self.own_mhr {
-                Some(own) => own[frame].clone(),
-                None => skeleton.posed(self, frame),
+                Some(own) => &own[frame],
+                None => {
+                    solved = skeleton.posed(self, frame);
+                    &solved
+                }
             };
             let place = posed.get(1).copied().unwrap_or_default() - height;
             positions.extend(to_camera(DVec3::ZERO));
             positions.extend(posed.iter().skip(1).flat_map(|position| to_camera(*position - place)));
-            global.extend(std::iter::zip(&world, &axes).flat_map(|(rotation, axes)| matrix(*rotation * *axes)));
+            global.extend(std::iter::zip(world, &axes).flat_map(|(rotation, axes)| matrix(*rotation * *axes)));
             camera.extend(to_camera(place));
         }
         let (frames, count) = (self.frames, skeleton.joints.len());
