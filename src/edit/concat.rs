@@ -21,10 +21,10 @@ use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
-    /// first, so that two parts of a cut motion are restored. Poses more than 45 degrees or 30 cm apart at the seam,
-    /// and speeds more than 1 m/s apart, are a warning of the scene, [`Code::PosesApart`]. `within` searches for the
-    /// most similar pair of an end frame and a start frame near the seam. The measure is the distance of [motion
-    /// graphs](crate::graph), over windows of a third of a second.
+    /// first, so that two parts of a cut motion are restored. The scene gets the warning [`Code::PosesApart`] if the
+    /// poses at the seam differ by more than 45 degrees or 30 cm, or the speeds by more than 1 m/s. `within` searches
+    /// for the most similar pair of an end frame and a start frame near the seam. The measure is the distance of
+    /// [motion graphs](crate::graph), over windows of a third of a second.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

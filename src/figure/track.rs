@@ -77,8 +77,8 @@ pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;
     let segment = from.segment(bone);
     let end = limb_end(bone).and_then(|end| from.joint(end));
-    // Several joints can share a twist. Then the last joint has the whole twist of a thigh or an upper arm. In a shin
-    // or a forearm, the twist comes from the foot or hand, and the first joint has none of it.
+    // Several joints can share the twist of a limb. In a thigh or an upper arm, the last joint has the whole twist. In
+    // a shin or a forearm, the foot or the hand twists the limb, so the first joint does not twist.
     let twisted = if is_twisted_at_beginning(bone) {
         segment.last()
     } else {

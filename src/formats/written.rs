@@ -196,7 +196,7 @@ impl ExportFile {
         self.parts.iter().map(FilePart::bytes)
     }
 
-    /// The parts as they are in memory.
+    /// The parts, without unpacking long texts.
     fn stored(&self) -> impl Iterator<Item = FilePart<'_>> {
         self.parts.iter().map(FilePart::borrowed)
     }

@@ -30,8 +30,8 @@ impl<'a> Path<'a> {
         Self { carrier, last: None }
     }
 
-    /// Mixes two corresponding frames, one of each motion. The first mixed figure stands between the two figures, by
-    /// `weight`. Each later frame continues the path of the mixed figure.
+    /// Mixes a frame of the first motion with the corresponding frame of the second motion. In the first call, `weight`
+    /// also places the mixed figure between the two figures. Later calls continue its path.
     pub(super) fn mix(&mut self, first: &[Trs], second: &[Trs], weight: f32) -> Vec<Trs> {
         let carrier = self.carrier;
         let positions = [carrier.position(first), carrier.position(second)];

@@ -91,8 +91,9 @@ impl GraphBuilder {
     /// Adds every animation of a scene, which was read from `file`.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is none, [`Code::InvalidValue`] where the skeleton differs from the skeleton of
-    /// the earlier clips, [`Code::LimitExceeded`] for a motion that is too long.
+    /// - [`Code::NoMotion`]: the scene has no motion.
+    /// - [`Code::InvalidValue`]: the skeleton differs from the skeleton of the earlier clips.
+    /// - [`Code::LimitExceeded`]: the motion is too long.
     pub fn add(&mut self, file: &str, scene: &Scene) -> Result<()> {
         if scene.animations.is_empty() {
             return Err(Diagnostic::new(Code::NoMotion, "the file contains no motion").into());

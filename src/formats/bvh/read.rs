@@ -38,8 +38,8 @@ fn read_memory(
     release: &rows::Release<'_>,
 ) -> Result<Scene, Failure> {
     let text = decode(bytes)?;
-    // The length of the byte order mark, which offsets the ranges to release. If the text was decoded, it is a copy,
-    // and no bytes of the file are released.
+    // The length of the byte order mark, which offsets the ranges to release. A decoded text
+    // is a copy: then the reader does not release memory of the file.
     let before = match text {
         Cow::Borrowed(text) => Some(bytes.len() - text.len()),
         Cow::Owned(_) => None,

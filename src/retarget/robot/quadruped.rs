@@ -38,7 +38,8 @@ const FOOT: f64 = 300.0;
 /// The weight of the position of a knee or an ankle, in 1/m^2: a tenth of a foot's weight.
 const JOINT: f64 = 30.0;
 
-/// The weight of the rotation of a part that carries a leg, in 1/rad^2: a spine or a girdle stays as it is at rest.
+/// The weight of the rotation of a part that carries a leg, in 1/rad^2. It keeps the spine and the girdles near their
+/// rest rotation.
 const CARRIER: f64 = 30.0;
 
 /// The weight of the change of a joint from the previous frame, in 1/rad^2. It decides only what the feet leave

@@ -116,7 +116,7 @@ impl FilePart<'_> {
         }
     }
 
-    /// The same part, which borrows its memory.
+    /// A part with the same bytes that refers to the memory of this part.
     pub fn borrowed(&self) -> FilePart<'_> {
         FilePart {
             stored: Cow::Borrowed(&self.stored),

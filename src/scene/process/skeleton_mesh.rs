@@ -94,8 +94,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Drops the meshes of the file, and the original file, into which glTF would otherwise be written. The skeleton
-    /// and its motion are kept. This is the option `skeleton-only` for a scene that was already read.
+    /// Removes the meshes, and the original glTF file that a writer would extend. The scene keeps the skeleton and its
+    /// motion. This does the same as the option `skeleton-only` for a scene that was already read.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
