@@ -375,7 +375,7 @@ fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     match parts.iter().find(is_of_others) {
         None => Ok(()),
         Some((path, _)) => {
-            let message = "this Parquet file would be removed, but this program did not write it, or it is incomplete";
+            let message = "this Parquet file would be removed, but mocap did not write it, or it is incomplete";
             let diagnostic = Diagnostic::new(Code::OutputExists, message)
                 .help("name another folder, or replace the Parquet files of this one with --force");
             Err(Error::from(diagnostic).with_path(path).into())

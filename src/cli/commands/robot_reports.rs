@@ -46,7 +46,7 @@ impl Table<'_> {
         policy.check_inputs(&path)?;
         let is_ours = || std::fs::File::open(&path).is_ok_and(|file| mocap::arrays::table::is_own_parquet(&file));
         if path.is_file() && !args.onto.force.force && !is_ours() {
-            let message = "this program did not write this file: use another name, or replace it with --force";
+            let message = "mocap did not write this file: use another name, or replace it with --force";
             return Err(Failure::Usage(format!("{}: {message}", path.display())));
         }
         Ok(path)

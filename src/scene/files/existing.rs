@@ -27,15 +27,15 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 
 /// The files that an output may replace.
 ///
-/// An input is never replaced, not even through a link. A file with the extension of a format may be a user's source
-/// ([`is_source`](Self::is_source)). It is replaced only with [`force`](Self::force). The following exceptions let you
-/// run a command again:
+/// An input is never replaced, not even through a link. Another existing file may be a user's, and is replaced only with
+/// [`force`](Self::force). The following exceptions let you run a command again:
 ///
 /// - An empty file, and a file whose bytes are the first bytes of the output, or all of them.
-/// - An `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` that is not a table of
+/// - An `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` of this crate.
+/// - A file that the record of outputs knows, if the program keeps a record (`mocap::job::remember_outputs`). A file
+///   with the extension of a format ([`is_source`](Self::is_source)) must be made from these inputs.
+/// - Without a record: a file without the extension of a format, such as a picture, and a `.csv` that is not a table of
 ///   points.
-/// - A file that the record of outputs knows as made from these inputs, if the program keeps a record
-///   (`mocap::job::remember_outputs`).
 /// - A glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input has one of these
 ///   formats, the file must also name an input as its source. Otherwise, if a shell expands `*.glb` to two files, the
 ///   second would be an output. A character file to which this crate added animations names the inputs in
@@ -216,22 +216,22 @@ impl ReplacePolicy {
         }
         let recorded = record::find(path);
         let has_changed = matches!(recorded, RecordState::Changed { .. });
+        let is_told = is_told(path) && !is_other_table(path);
         let is_ours = self.knows(path)
-            || matches!(recorded, RecordState::Unchanged(sources) if self.is_made_from_inputs(&sources))
-            || !has_changed && !self.may_be_source(path);
+            || matches!(&recorded, RecordState::Unchanged(sources) if !is_told || self.is_made_from_inputs(sources))
+            || !has_changed && !self.may_be_of_user(path, is_told);
         if is_ours {
-            if is_told(path) {
-                let sources = needs_record(path).then(|| self.noted_sources());
-                record::may_replace(path, sources.as_deref());
-            }
+            let sources = needs_record(path).then(|| self.noted_sources());
+            record::may_replace(path, sources.as_deref());
             return Ok(());
         }
         if is_same() {
             return Ok(());
         }
-        let message = match has_changed {
-            true => "the file has changed since mocap wrote it",
-            false => "the output would replace a file that this program did not write from these inputs",
+        let message = match (has_changed, is_told) {
+            (true, _) => "the file has changed since mocap wrote it",
+            (false, true) => "the output would replace a file that mocap did not write from these inputs",
+            (false, false) => "the output would replace a file that mocap did not write",
         };
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
             .help("name another output (for several inputs a folder, with {output}), or replace the file with {force}");
@@ -287,8 +287,12 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Whether the non-empty file at `path` may be a user's source.
-    fn may_be_source(&self, path: &Path) -> bool {
+    /// Whether the non-empty file at `path`, which the record does not know, may be a user's. `is_told`: its extension is
+    /// of a format. Other files, such as pictures and pages, do not state who wrote them.
+    fn may_be_of_user(&self, path: &Path, is_told: bool) -> bool {
+        if !is_told {
+            return record::is_complete() && !is_own_table(path);
+        }
         // A link and its target may have different extensions.
         let target = match Target::of(path) {
             Ok(Target::File(target)) => target,
@@ -301,7 +305,7 @@ impl ReplacePolicy {
             return false;
         }
         if has_extension(&target, &["csv"]) {
-            return has_points(&target);
+            return !is_own_table(&target);
         }
         (Self::is_source(path) || Self::is_source(&target))
             && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
@@ -325,14 +329,14 @@ pub fn has_provenance(path: &Path) -> bool {
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
 }
 
-/// Whether the file name has an extension whose writer can be determined, unlike a picture or a page.
+/// Whether the file name has an extension of a format, whose files can state who wrote them, unlike a picture or a page.
 fn is_told(path: &Path) -> bool {
     has_extension(path, &["bin"]) || ReplacePolicy::is_source(path)
 }
 
-/// Whether only the record can identify an output with this name. Other files have a mark, or are replaced anyway.
+/// Whether only the record can identify an output with this name. Other files have a mark.
 pub(super) fn needs_record(path: &Path) -> bool {
-    is_told(path) && !has_extension(path, MARKED_EXTENSIONS)
+    !has_extension(path, MARKED_EXTENSIONS)
 }
 
 /// Whether `path` is the buffer of a `.gltf` file of this crate in the same folder.
@@ -359,11 +363,22 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-/// Whether the file is a table of points that this crate did not write. Other tables are not motions.
-fn has_points(path: &Path) -> bool {
+/// The first bytes of a file with the extension `.csv`; `None` for other files.
+fn csv_head(path: &Path) -> Option<Vec<u8>> {
     let mut head = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(CSV_HEAD as u64).read_to_end(&mut head));
-    read.is_ok() && !is_own_csv(&head) && is_csv_of_points(&head)
+    let file = File::open(path).ok().filter(|_| has_extension(path, &["csv"]))?;
+    file.take(CSV_HEAD as u64).read_to_end(&mut head).ok()?;
+    Some(head)
+}
+
+/// Whether the file is a table that states that this crate wrote it.
+fn is_own_table(path: &Path) -> bool {
+    csv_head(path).is_some_and(|head| is_own_csv(&head))
+}
+
+/// Whether the file is a table without points, so that it is no motion.
+fn is_other_table(path: &Path) -> bool {
+    csv_head(path).is_some_and(|head| !is_own_csv(&head) && !is_csv_of_points(&head))
 }
 
 fn has_bytes(path: &Path, parts: &[FilePart<'_>]) -> bool {

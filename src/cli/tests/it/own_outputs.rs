@@ -82,6 +82,44 @@ fn every_format_is_replaced_by_the_command_that_wrote_it() {
     }
 }
 
+/// Pictures, pages, tables and reports, which do not state who wrote them.
+#[test]
+fn a_picture_a_page_or_a_report_of_somebody_else_is_not_replaced() {
+    let folder = folder();
+    let edit = "edit walk.bvh -o edited.bvh --step mirror";
+    for (name, command) in [
+        ("p.png", "sheet walk.bvh -o p.png --poses 2 --width 480".to_owned()),
+        ("p.gif", "gif walk.bvh -o p.gif".to_owned()),
+        ("p.svg", "plot walk.bvh -o p.svg --joint Hips".to_owned()),
+        ("p.html", "view walk.bvh -o p.html".to_owned()),
+        ("s.json", "survey walk.bvh -o s.json".to_owned()),
+        ("s.jsonl", "survey walk.bvh -o s.jsonl".to_owned()),
+        ("s.csv", "survey walk.bvh -o s.csv".to_owned()),
+        ("s.txt", "survey walk.bvh -o s.txt".to_owned()),
+        ("card.html", "survey walk.bvh --html card.html".to_owned()),
+        ("found.sarif", "survey walk.bvh --sarif found.sarif".to_owned()),
+        ("fk.csv", "fk walk.bvh -o fk.csv".to_owned()),
+        ("angles.csv", "angles walk.bvh -o angles.csv".to_owned()),
+        ("contacts.json", format!("{edit} --contacts-file contacts.json")),
+        ("curves.svg", format!("{edit} --curves curves.svg --joint Hips")),
+    ] {
+        let _ = fs::remove_file(folder.path("edited.bvh"));
+        folder.write(name, b"of somebody else");
+        refuses(&folder, &command, name, "mocap did not write");
+        fs::remove_file(folder.path(name)).unwrap();
+        let _ = fs::remove_file(folder.path("edited.bvh"));
+        succeeds(&folder, &command);
+        // The same command, and the command with another input.
+        succeeds(&folder, &command);
+        folder.write("other.bvh", &folder.read("walk.bvh"));
+        let other = command.replace("walk.bvh", "other.bvh");
+        let _ = fs::remove_file(folder.path("edited.bvh"));
+        succeeds(&folder, &other);
+        folder.write(name, b"changed by somebody");
+        refuses(&folder, &other, name, "");
+    }
+}
+
 /// The command lines of the README, with a GLB and a VRM character.
 #[test]
 fn heroes_are_replaced_by_the_commands_that_wrote_them() {

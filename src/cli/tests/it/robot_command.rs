@@ -286,11 +286,7 @@ mod reports {
         let run = |report: &str| format!("robot in --robot robot.urdf -o out --report {report}");
         folder.refuses(&run("r.csv"), 2, "r.csv: the name of the output must end in .parquet");
         folder.refuses(&run("no/r.parquet"), 2, "no/r.parquet: folder not found: no");
-        folder.refuses(
-            &run("other.parquet"),
-            2,
-            "other.parquet: this program did not write this file",
-        );
+        folder.refuses(&run("other.parquet"), 2, "other.parquet: mocap did not write this file");
         let one = "robot in/a.bvh --robot robot.urdf -o a.npz --report r.parquet";
         folder.refuses(one, 2, "--report would do nothing: ");
         folder.succeeds(&format!("{} --force --fps 10", run("other.parquet")));

@@ -22,7 +22,7 @@ fn an_output_is_replaced_and_somebodys_stage_is_not() {
         folder.refuses(
             &format!("convert {output} other_{output}"),
             1,
-            "would replace a file that this program did not write from these inputs",
+            "would replace a file that mocap did not write from these inputs",
         );
     }
     folder.refuses("convert lecture_Test.bvh scene.usda", 1, "would replace a file");

@@ -87,7 +87,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     };
     let json = comment.strip_prefix("# ").unwrap_or(&comment);
     let header: Header = serde_json::from_str(json).map_err(|error| {
-        let message = format!("this program did not write the header in the first line: {error}");
+        let message = format!("mocap did not write the header in the first line: {error}");
         Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("write it again with mocap fk"))
     })?;
     let rotation = rotation_columns(&header.rotation);

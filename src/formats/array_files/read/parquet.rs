@@ -166,7 +166,7 @@ struct Joint {
 fn parsed(header: &str) -> Result<Header, Failure> {
     serde_json::from_str(header).map_err(|error| {
         no_motion(
-            &format!("this program did not write the header of the table: {error}"),
+            &format!("mocap did not write the header of the table: {error}"),
             String::new(),
         )
     })

@@ -53,7 +53,7 @@ fn invalid(message: String) -> Failure {
 pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let text = reader.entries.get("header").map(NdArray::texts).unwrap_or_default();
     let header: Header = serde_json::from_str(text.first().map_or("", String::as_str))
-        .map_err(|error| invalid(format!("this program did not write the array header: {error}")))?;
+        .map_err(|error| invalid(format!("mocap did not write the array header: {error}")))?;
     let count = header.joints.len();
     let width = match header.rotation.as_str() {
         "quat" => 4,
