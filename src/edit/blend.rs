@@ -224,6 +224,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     let animation = input.animation;
     let (mut first, mut second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
+    carrier.share_parents(scene, &first, &mut second);
     let mut report = BlendReport::default();
     if let Some(alikeness) = Alikeness::new(scene, input, other, &first, options.within)? {
         (first, second, report) = parts_alike(&alikeness, (&first, &second), &carrier);
@@ -276,8 +277,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     }
     let warning = fit.warning(
         Blend::NAME,
-        "search for similar frames with within=0.5 or longer, turn one to the facing of the other, or choose more similar \
-         motions that are alike",
+        "search for similar frames with within=0.5 or longer, or choose more similar motions",
     );
     let mut mixed = first.with_rows(rows);
     mixed.mix_weights((&first, &second), &taken);

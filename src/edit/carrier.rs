@@ -34,17 +34,40 @@ impl Carrier {
             track.windows(2).any(|pair| pair[0].translation != pair[1].translation)
         };
         let column = (0..frames.nodes().len()).find(moves).unwrap_or(0);
-        let parent = frames
-            .nodes()
-            .get(column)
-            .and_then(|node| scene.nodes[node.index()].parent);
-        let rest = Pose::rest(scene);
-        let parent = parent.map_or(Mat4::IDENTITY, |parent| rest.node_to_world[parent.index()]);
+        let parent = match frames.nodes().get(column) {
+            Some(node) => parent_at(scene, frames, *node, 0),
+            None => Mat4::IDENTITY,
+        };
         Self {
             column,
             rotation: Trs::from_matrix(parent).rotation,
             parent,
             up: up(scene).direction().unwrap_or(Vec3::Y),
+        }
+    }
+
+    /// Gives the nodes above the figure in a second motion the transforms that they have in the first motion. The figure
+    /// does not move in the world.
+    pub(super) fn share_parents(&self, scene: &Scene, first: &Frames, second: &mut Frames) {
+        let Some(&node) = second.nodes().get(self.column) else {
+            return;
+        };
+        let to_parent = self.parent.inverse();
+        let parents: Vec<Mat4> = (0..second.len())
+            .map(|frame| parent_at(scene, second, node, frame))
+            .collect();
+        if parents.iter().all(|parent| *parent == self.parent) {
+            return;
+        }
+        let mut track = second.track(self.column);
+        for (trs, parent) in track.iter_mut().zip(parents) {
+            *trs = Trs::from_matrix(to_parent * parent * trs.matrix());
+        }
+        second.set_track(self.column, &track);
+        for above in ancestors(scene, node) {
+            if let Some(column) = second.nodes().iter().position(|node| *node == above) {
+                second.set_track(column, &vec![first.at(0, column); second.len()]);
+            }
         }
     }
 
@@ -88,20 +111,32 @@ impl Carrier {
     }
 }
 
+/// The nodes above a node, from its parent to the root.
+fn ancestors(scene: &Scene, node: NodeId) -> impl Iterator<Item = NodeId> {
+    std::iter::successors(scene.nodes[node.index()].parent, |node| {
+        scene.nodes[node.index()].parent
+    })
+}
+
+/// The transform from the parent of a node to the world, in a frame.
+fn parent_at(scene: &Scene, frames: &Frames, node: NodeId, frame: usize) -> Mat4 {
+    ancestors(scene, node).fold(Mat4::IDENTITY, |below, node| {
+        let held = frames.nodes().iter().position(|held| *held == node);
+        held.map_or(scene.nodes[node.index()].transform, |column| {
+            frames.at(frame, column).matrix()
+        }) * below
+    })
+}
+
 /// Moves all nodes of `frames` by a motion in the world, in every frame. Returns the topmost moved nodes, which carry
 /// the others.
 pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<NodeId> {
     let rest = Pose::rest(scene);
     let held = frames.nodes().to_vec();
-    let above = |node: NodeId| {
-        std::iter::successors(scene.nodes[node.index()].parent, |node| {
-            scene.nodes[node.index()].parent
-        })
-    };
     let tops = held
         .iter()
         .enumerate()
-        .filter(|(_, node)| !above(**node).any(|node| held.contains(&node)));
+        .filter(|(_, node)| !ancestors(scene, **node).any(|node| held.contains(&node)));
     let tops: Vec<(usize, NodeId)> = tops.map(|(column, node)| (column, *node)).collect();
     for (column, node) in &tops {
         let parent = scene.nodes[node.index()].parent;

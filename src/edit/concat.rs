@@ -118,8 +118,9 @@ impl fmt::Display for ConcatReport {
 fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Concat) -> Result<ConcatReport> {
     let animation = input.animation;
     not_negative(Code::InvalidValue, "blend", options.blend)?;
-    let (first, second) = pair(scene, animation, other)?;
+    let (first, mut second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
+    carrier.share_parents(scene, &first, &mut second);
     let alike = Alikeness::new(scene, input, other, &first, options.within)?.map(|alikeness| alikeness.seam());
     let [last, start] = match alike {
         Some(alike) => [alike.at[0] * first.rate, alike.at[1] * second.rate],

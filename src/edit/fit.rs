@@ -60,7 +60,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Compares the rotations of two corresponding rows, `frame` of the result.
+    /// Compares the rotations of two corresponding rows, relative to the parents. `frame` is a frame of the result.
     pub(super) fn see_rotations(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
         for ((node, a), b) in self.frames.nodes().iter().zip(row).zip(other) {
             let by = log(a.rotation.inverse() * b.rotation).length().to_degrees();
@@ -78,9 +78,9 @@ impl<'a> Fit<'a> {
 
     /// Compares two rows. Their figures are first moved to the same place and facing.
     pub(super) fn see_poses(&mut self, carrier: &Carrier, row: &[Trs], other: &[Trs], frame: usize) {
-        self.see_rotations(row, other, frame);
         let mut beside = other.to_vec();
         carrier.apply(&carrier.placement(other, row), &mut beside);
+        self.see_rotations(row, &beside, frame);
         self.see_positions(row, &beside, frame);
     }
 
