@@ -8,7 +8,7 @@ use mocap_figure::names::Name;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::math::up_axis::turn_to_y_up;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, Mesh, Node, NodeId, NodeKind, Primitive, Scene};
+use mocap_scene::scene::{Animation, Mesh, NodeId, NodeKind, Primitive, Scene};
 use serde::Serialize;
 
 use super::texture::Images;
@@ -124,7 +124,7 @@ pub struct DrawnClip<'a> {
     pub(super) floor: f32,
     /// Metres per unit of the scene.
     pub(super) metres: f32,
-    /// The first drawn joint.
+    /// The joint that the camera follows: the hips, or the topmost drawn joint with a moving position.
     pub root: usize,
     /// The left and the right thigh.
     thighs: Option<(NodeId, NodeId)>,
@@ -149,11 +149,25 @@ impl<'a> DrawnClip<'a> {
         for link in &links {
             (is_lone[link.from], is_lone[link.to]) = (false, false);
         }
-        let is_root = |(node, shown): (&Node, &bool)| node.kind == NodeKind::Joint && *shown;
+        // A joint above the hips may stand still.
+        let hips = known.humanoid.joint(HumanoidBone::Hips);
+        let moves = |node: &usize| {
+            let channels = clip.animation().map_or(&[][..], |animation| &animation.channels);
+            let channel = channels
+                .iter()
+                .find(|channel| channel.node_name == scene.nodes[*node].name);
+            channel.is_some_and(|channel| channel.position_keys.values.len() > 1)
+        };
+        let first = || {
+            let is_joint = |node: &usize| scene.nodes[*node].kind == NodeKind::Joint && is_shown[*node];
+            let mut joints = (0..scene.nodes.len()).filter(is_joint);
+            let topmost = joints.clone().next();
+            joints.find(moves).or(topmost).unwrap_or(0)
+        };
         let thigh = |bone| known.humanoid.joint(bone);
         let mut figure = Self {
             clip,
-            root: scene.nodes.iter().zip(&is_shown).position(is_root).unwrap_or(0),
+            root: hips.map_or_else(first, NodeId::index),
             thighs: thigh(HumanoidBone::LeftUpperLeg).zip(thigh(HumanoidBone::RightUpperLeg)),
             lone: (0..scene.nodes.len()).filter(|&node| is_lone[node]).collect(),
             links,
