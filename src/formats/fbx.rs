@@ -7,6 +7,8 @@
 mod matrix;
 mod options;
 #[cfg(feature = "fbx")]
+mod phong;
+#[cfg(feature = "fbx")]
 mod read;
 #[cfg(feature = "fbx")]
 pub mod report;

@@ -197,7 +197,7 @@ pub struct Material {
     pub surface: Option<Surface>,
 }
 
-/// The colour of a material, in the terms of glTF.
+/// The appearance of a material, in the terms of glTF.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -212,6 +212,13 @@ pub struct Surface {
     pub alpha: AlphaMode,
     /// The wrap mode of the texture along u and along v.
     pub wrap: [Wrap; 2],
+    /// From 0, a dielectric such as skin or cloth, to 1, a metal.
+    pub metallic: f32,
+    /// From 0, a mirror, to 1, a surface without highlights.
+    pub roughness: f32,
+    /// The light that the surface emits: red, green and blue, linear.
+    #[cfg_attr(feature = "schema", schemars(with = "[f32; 3]"))]
+    pub emissive: Vec3,
 }
 
 impl Default for Surface {
@@ -221,6 +228,10 @@ impl Default for Surface {
             texture: None,
             alpha: AlphaMode::Opaque,
             wrap: [Wrap::Repeat; 2],
+            metallic: 0.0,
+            // Cloth and skin.
+            roughness: 0.8,
+            emissive: Vec3::ZERO,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Reads materials: base colour, texture, and the use of alpha.
+//! Reads materials: base colour, texture, the use of alpha, and the values of the surface.
 //!
 //! ufbx converts the materials of all programs to one model. In FBX a texture replaces a colour. Colours are sRGB, as
 //! in three.js. The file of a texture is embedded, or near the FBX file. The reader ignores absolute paths from the
@@ -7,12 +7,13 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DVec3, Vec2, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Texture, Wrap};
 
 use crate::Source;
 use crate::fbx::matrix::matrix;
+use crate::fbx::phong::roughness;
 use crate::named_file::below;
 use crate::texture::media_type;
 use crate::warnings::Warnings;
@@ -44,16 +45,19 @@ pub(super) struct Materials<'a> {
     /// For each index in the file's list of textures, the index of the texture in the scene, or `None` if the image
     /// cannot be read.
     textures: HashMap<u32, Option<usize>>,
+    /// Whether this crate wrote the file.
+    is_own: bool,
     /// Properties of materials whose textures are skipped.
     pub(super) left_out: BTreeSet<String>,
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(source: &'a Source<'a>) -> Self {
+    pub(super) fn new(source: &'a Source<'a>, file: &ufbx::Scene) -> Self {
         Self {
             source,
             known: HashMap::new(),
             textures: HashMap::new(),
+            is_own: file.metadata.creator.starts_with("mocap "),
             left_out: BTreeSet::new(),
         }
     }
@@ -108,12 +112,7 @@ impl<'a> Materials<'a> {
                 self.left_out.insert(used.material_prop.to_string());
             }
         }
-        let stated = material.pbr.base_factor.value_vec4.x;
-        let factor = if material.pbr.base_factor.has_value {
-            stated
-        } else {
-            1.0
-        };
+        let factor = value_or_one(&material.pbr.base_factor);
         let shade = |value: f64| linear((value * factor) as f32);
         let base = match texture {
             // The texture replaces the colour.
@@ -133,6 +132,7 @@ impl<'a> Materials<'a> {
                 (false, false) => AlphaMode::Opaque,
             },
             wrap: file.map_or([Wrap::Repeat; 2], |file| [file.wrap_u, file.wrap_v].map(wrap)),
+            ..self.appearance(material)
         };
         scene.materials.push(Material {
             name: material.element.name.to_string(),
@@ -150,6 +150,45 @@ impl<'a> Materials<'a> {
         Read {
             index: scene.materials.len() - 1,
             coords,
+        }
+    }
+
+    /// The values of a surface that are no colours. A Phong material states them only by Blender's convention, which
+    /// Blender and this crate follow.
+    fn appearance(&self, material: &ufbx::Material) -> Surface {
+        let plain = Surface::default();
+        let (fbx, pbr) = (&material.fbx, &material.pbr);
+        let is_phong = matches!(
+            material.shader_type,
+            ufbx::ShaderType::FbxPhong | ufbx::ShaderType::FbxLambert
+        );
+        let stated = |map: &ufbx::MaterialMap| map.has_value && map.texture.is_none() && map.value_vec4.x.is_finite();
+        let value = |map: &ufbx::MaterialMap, default: f32| match stated(map) {
+            true => (map.value_vec4.x as f32).clamp(0.0, 1.0),
+            false => default,
+        };
+        let (metallic, roughness) = match (is_phong, self.is_own) {
+            (false, _) => (
+                value(&pbr.metalness, plain.metallic),
+                value(&pbr.roughness, plain.roughness),
+            ),
+            (true, true) if stated(&fbx.specular_exponent) => {
+                let exponent = fbx.specular_exponent.value_vec4.x;
+                (value(&fbx.reflection_factor, plain.metallic), roughness(exponent))
+            }
+            (true, _) => (plain.metallic, plain.roughness),
+        };
+        let (color, factor) = (&pbr.emission_color, value_or_one(&pbr.emission_factor));
+        let ufbx::Vec4 { x, y, z, .. } = color.value_vec4;
+        let emissive = match color.has_value && color.texture.is_none() {
+            true => Vec3::from([x, y, z].map(|part| linear((part * factor) as f32))),
+            false => Vec3::ZERO,
+        };
+        Surface {
+            metallic,
+            roughness,
+            emissive,
+            ..plain
         }
     }
 
@@ -223,6 +262,14 @@ fn opacity_of(material: &ufbx::Material) -> f32 {
     };
     let is_seen = value.is_finite() && value > 0.0 && value < 1.0;
     if is_seen { value as f32 } else { 1.0 }
+}
+
+/// The value of a factor; 1 if the material does not state it.
+fn value_or_one(map: &ufbx::MaterialMap) -> f64 {
+    match map.has_value {
+        true => map.value_vec4.x,
+        false => 1.0,
+    }
 }
 
 /// The first texture with a file in a tree of layered textures.

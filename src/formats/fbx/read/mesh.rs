@@ -41,7 +41,7 @@ pub(super) fn read(
             format!("meshes of {total}"),
         )));
     }
-    let mut materials = Materials::new(origin);
+    let mut materials = Materials::new(origin, file);
     let mut shapes = BlendShapes::new(origin, options, stacks);
     let (mut rigid, mut colored, mut shaped, mut doubled, mut dual) = (0, 0, 0, 0, 0);
     for source in &file.meshes {
@@ -122,7 +122,8 @@ pub(super) fn read(
         ));
     }
     if rigid > 0 {
-        left_out.push(("skinned", format!("{rigid} meshes that no bone moves were left out")));
+        let meshes = if rigid == 1 { "mesh" } else { "meshes" };
+        left_out.push(("skinned", format!("{rigid} {meshes} without a skin were left out")));
     }
     if !materials.left_out.is_empty() {
         let names: Vec<_> = materials.left_out.iter().map(String::as_str).collect();

@@ -1,10 +1,11 @@
-//! Writes materials as Phong materials, which every program supports, with a colour texture.
+//! Writes materials as Phong materials, which every program supports, with a colour texture. Roughness and metallic
+//! are stored as in Blender.
 //!
 //! Colours are sRGB, as in the reader. An image is embedded, or a file beside the FBX file.
 
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Wrap};
 
@@ -13,6 +14,7 @@ use super::encode::Element;
 use super::names::Names;
 use super::properties::Properties;
 use super::{FbxReport, FbxTextures};
+use crate::fbx::phong::shininess;
 use crate::texture::file_stem;
 
 /// Writes each used material and texture once.
@@ -151,16 +153,19 @@ impl<'a> Materials<'a> {
 }
 
 fn colors<'a>(surface: &Surface) -> Properties<'a> {
+    let on_screen = |color: Vec3| DVec3::new(screen(color.x), screen(color.y), screen(color.z));
     let color = surface.base_color;
-    let screen = DVec3::new(screen(color.x), screen(color.y), screen(color.z));
+    let (emissive, screen) = (on_screen(surface.emissive), on_screen(color.truncate()));
     let alpha = f64::from(color.w).clamp(0.0, 1.0);
     let properties = Properties::new()
         .color("DiffuseColor", screen)
         .number("DiffuseFactor", 1.0)
         .color("SpecularColor", DVec3::ZERO)
         .number("SpecularFactor", 0.0)
-        .number("Shininess", 4.0)
-        .color("EmissiveColor", DVec3::ZERO);
+        .number("Shininess", shininess(surface.roughness))
+        .number("ReflectionFactor", f64::from(surface.metallic).clamp(0.0, 1.0))
+        .color("EmissiveColor", emissive)
+        .number("EmissiveFactor", 1.0);
     if alpha < 1.0 {
         properties
             .color("TransparentColor", DVec3::ONE)

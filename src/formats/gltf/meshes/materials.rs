@@ -1,11 +1,12 @@
-//! Reads materials and their colour textures. Other material properties are not read.
+//! Reads materials and their colour textures. Other textures of a material are not read.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use glam::{Mat3, Vec2, Vec4};
+use glam::{Mat3, Vec2, Vec3, Vec4};
 use mocap_scene::scene::{AlphaMode, Material, Surface, Texture, Wrap};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 
 use super::super::invalid::{invalid, missing};
@@ -20,6 +21,8 @@ pub(super) struct MaterialJson {
     double_sided: bool,
     alpha_mode: Option<String>,
     alpha_cutoff: Option<f32>,
+    emissive_factor: Vec3,
+    emissive_texture: Option<IgnoredAny>,
     pbr_metallic_roughness: Pbr,
 }
 
@@ -28,6 +31,9 @@ pub(super) struct MaterialJson {
 struct Pbr {
     base_color_factor: Option<[f32; 4]>,
     base_color_texture: Option<TextureInfo>,
+    metallic_factor: Option<f32>,
+    roughness_factor: Option<f32>,
+    metallic_roughness_texture: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -122,6 +128,13 @@ pub(super) struct Read {
     pub(super) to_texture: Mat3,
 }
 
+/// A factor of a material. The default of glTF is 1.
+fn fraction(stated: Option<f32>) -> f32 {
+    stated
+        .filter(|stated| stated.is_finite())
+        .map_or(1.0, |stated| stated.clamp(0.0, 1.0))
+}
+
 /// The lists of the file.
 pub(super) struct Lists<'a> {
     pub(super) materials: &'a [Value],
@@ -161,8 +174,17 @@ impl Images {
                 Some("BLEND") => AlphaMode::Blend,
                 _ => AlphaMode::Opaque,
             },
-            wrap: [Wrap::Repeat; 2],
+            emissive: match json.emissive_texture {
+                None if json.emissive_factor.is_finite() => json.emissive_factor.clamp(Vec3::ZERO, Vec3::ONE),
+                _ => Vec3::ZERO,
+            },
+            ..Surface::default()
         };
+        // The factors multiply the texture, so they mean nothing without it.
+        if pbr.metallic_roughness_texture.is_none() {
+            surface.metallic = fraction(pbr.metallic_factor);
+            surface.roughness = fraction(pbr.roughness_factor);
+        }
         let (mut coords, mut to_texture, mut fault) = (0, Mat3::IDENTITY, None);
         if let Some(info) = pbr.base_color_texture {
             match self.texture(lists, info.index, buffers) {

@@ -12,7 +12,7 @@ use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::scene::report::AppliedStep;
-use mocap_scene::scene::{self, AlphaMode, Face, MorphCurves, NodeKind, Scene, Wrap};
+use mocap_scene::scene::{self, AlphaMode, Face, MorphCurves, NodeKind, Scene, Surface, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -125,6 +125,12 @@ impl Builder<'_> {
                     index
                 })
             });
+            let Surface {
+                metallic,
+                roughness,
+                emissive,
+                ..
+            } = surface.unwrap_or_default();
             let color = surface.map_or(BASE_COLOR, |surface| surface.base_color.to_array());
             let (alpha_mode, alpha_cutoff) = match surface.map(|surface| surface.alpha).unwrap_or_default() {
                 AlphaMode::Opaque => (material::AlphaMode::Opaque, None),
@@ -144,11 +150,11 @@ impl Builder<'_> {
                         extensions: None,
                         extras: None,
                     }),
-                    metallic_factor: StrengthFactor(0.0),
-                    roughness_factor: StrengthFactor(0.8),
+                    metallic_factor: StrengthFactor(metallic),
+                    roughness_factor: StrengthFactor(roughness),
                     ..PbrMetallicRoughness::default()
                 },
-                emissive_factor: EmissiveFactor::default(),
+                emissive_factor: EmissiveFactor(emissive.to_array()),
                 ..Material::default()
             });
         }

@@ -1,9 +1,9 @@
-//! Reads materials: the colour of a `UsdPreviewSurface`, its texture, and the meaning of alpha.
+//! Reads materials: the values of a `UsdPreviewSurface`, its colour texture, and the meaning of alpha.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-use glam::Vec4;
+use glam::{DVec3, Vec3, Vec4};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{AlphaMode, Material, SKELETON_MATERIAL, Scene, Surface, Texture, Wrap};
@@ -141,6 +141,17 @@ impl<'a> Materials<'a> {
         let alpha = alpha.map_or(part(3), |alpha| *alpha as f32);
         let least = surface.numbers("inputs:opacityThreshold").first().copied();
         let has_holes = has_holes && texture.is_some();
+        let fraction = |name: &str, default: f32| match surface.numbers(name).first() {
+            Some(stated) if stated.is_finite() => (*stated as f32).clamp(0.0, 1.0),
+            _ => default,
+        };
+        let emissive = surface.numbers("inputs:emissiveColor");
+        let emissive = match emissive {
+            [red, green, blue, ..] if emissive.iter().all(|part| part.is_finite()) => {
+                DVec3::new(*red, *green, *blue).as_vec3()
+            }
+            _ => Vec3::ZERO,
+        };
         let wrap = |name: &str| match image.and_then(|image| image.texts(name).first()).map(String::as_str) {
             Some("mirror") => Wrap::Mirror,
             Some("clamp" | "black") => Wrap::Clamp,
@@ -155,6 +166,10 @@ impl<'a> Materials<'a> {
                 _ => AlphaMode::Opaque,
             },
             wrap: ["inputs:wrapS", "inputs:wrapT"].map(wrap),
+            // The defaults of the shader.
+            metallic: fraction("inputs:metallic", 0.0),
+            roughness: fraction("inputs:roughness", 0.5),
+            emissive,
         };
         let material = Material {
             surface: Some(surface),

@@ -2,6 +2,7 @@
 //!
 //! Colours are linear, as in a scene. The bytes of an image are in screen colours (sRGB).
 
+use glam::Vec3;
 use mocap_scene::scene::{AlphaMode, Material, Scene, Surface};
 
 use super::names::Names;
@@ -81,8 +82,13 @@ impl Stage<'_> {
             (_, Some(_)) => out.line(&format!("float inputs:opacity.connect = <{path}/Color.outputs:a>")),
             (_, None) => out.line(&format!("float inputs:opacity = {}", color.w)),
         }
-        out.line("float inputs:metallic = 0");
-        out.line("float inputs:roughness = 1");
+        if surface.emissive != Vec3::ZERO {
+            let mut value = String::from("color3f inputs:emissiveColor = ");
+            text::tuple(&mut value, surface.emissive.to_array());
+            out.line(&value);
+        }
+        out.line(&format!("float inputs:metallic = {}", surface.metallic));
+        out.line(&format!("float inputs:roughness = {}", surface.roughness));
         out.line("token outputs:surface");
         out.close();
         if let Some(image) = image {

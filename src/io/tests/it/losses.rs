@@ -282,7 +282,7 @@ fn texture_coordinates_are_kept_without_a_texture() {
     }
 }
 
-/// A file with a camera, a light and extras: glTF keeps them, other formats report them.
+/// A file with a camera, a light, extras and parts of a VRM: glTF keeps them, other formats report them.
 #[test]
 fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
     let text = fs::read_to_string("../../fixtures/made/two_bones_textured.gltf").unwrap();
@@ -292,6 +292,10 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
     json["extensionsUsed"] = serde_json::json!(["KHR_lights_punctual"]);
     json["extensions"]["KHR_lights_punctual"]["lights"] = serde_json::json!([{"type": "point"}, {"type": "spot"}]);
     json["nodes"][1]["extras"] = serde_json::json!({"stage": "left"});
+    json["nodes"][1]["extensions"]["VRMC_node_constraint"] =
+        serde_json::json!({"specVersion": "1.0", "constraint": {"rotation": {"source": 0}}});
+    json["extensions"]["VRMC_springBone"] = serde_json::json!({"specVersion": "1.0", "springs": [{"joints": []}]});
+    json["materials"][0]["extensions"]["VRMC_materials_mtoon"] = serde_json::json!({"specVersion": "1.0"});
     let scene = Importer::new().read(json.to_string().as_bytes(), "hero.gltf").unwrap();
     let of = |extension: &str| Exporter::new().write_as(&scene, format!("hero.{extension}")).unwrap();
     let kept = of("gltf");
@@ -304,7 +308,13 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
         .bytes()
         .into_owned();
     let kept: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
-    for pointer in ["/cameras", "/extensions", "/nodes/1/extras"] {
+    for pointer in [
+        "/cameras",
+        "/extensions",
+        "/nodes/1/extras",
+        "/nodes/1/extensions",
+        "/materials",
+    ] {
         assert_eq!(kept.pointer(pointer), json.pointer(pointer), "{pointer}");
     }
     for extension in ["bvh", "fbx", "usda", "trc", "mclip"] {
@@ -315,6 +325,9 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
             (DataKind::UvSets, 1),
             (DataKind::Materials, 1),
             (DataKind::Textures, 1),
+            (DataKind::Springs, 1),
+            (DataKind::Constraints, 1),
+            (DataKind::CharacterSettings, 1),
             (DataKind::Cameras, 1),
             (DataKind::Lights, 2),
             (DataKind::Extras, 1),
@@ -328,7 +341,39 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
     // The file lists the lost data.
     let fbx = of("fbx").into_bytes().unwrap();
     let record = FormatInfo::provenance(&fbx).unwrap();
-    assert_eq!(record.losses.len(), 8);
+    assert_eq!(record.losses.len(), 11);
+}
+
+/// The factors of a material are in every format with meshes. Its other textures are reported.
+#[test]
+fn factors_of_a_material_are_kept_and_its_other_textures_reported() {
+    let text = fs::read_to_string("../../fixtures/made/two_bones_textured.gltf").unwrap();
+    let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let material = &mut json["materials"][0];
+    material["pbrMetallicRoughness"]["metallicFactor"] = 0.7.into();
+    material["pbrMetallicRoughness"]["roughnessFactor"] = 0.3.into();
+    material["emissiveFactor"] = serde_json::json!([0.5, 0.25, 0.0]);
+    material["normalTexture"] = serde_json::json!({"index": 0});
+    material["occlusionTexture"] = serde_json::json!({"index": 0});
+    let importer = Importer::new().gltf_meshes(true).hash(false);
+    let mut scene = importer.read(json.to_string().as_bytes(), "hero.gltf").unwrap();
+    scene.original = None;
+    for extension in ["fbx", "usda", "glb"] {
+        let written = Exporter::new().write_as(&scene, format!("hero.{extension}")).unwrap();
+        let maps = written.losses.iter().find(|loss| loss.kind == DataKind::SurfaceMaps);
+        assert_eq!(maps.map(|loss| loss.count), Some(2), "{extension}");
+        let main = written.files.last().unwrap().bytes().into_owned();
+        let read = importer.read(&main, format!("hero.{extension}")).unwrap();
+        let surface = read.materials[0].surface.unwrap();
+        assert!((surface.metallic - 0.7).abs() < 1e-4, "{extension}: {surface:?}");
+        assert!((surface.roughness - 0.3).abs() < 1e-4, "{extension}: {surface:?}");
+        let emissive = mocap::glam::Vec3::new(0.5, 0.25, 0.0);
+        assert!(surface.emissive.abs_diff_eq(emissive, 1e-4), "{extension}: {surface:?}");
+    }
+    // A factor multiplies its texture, so that it says nothing alone.
+    json["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"] = serde_json::json!({"index": 0});
+    let scene = importer.read(json.to_string().as_bytes(), "hero.gltf").unwrap();
+    assert_eq!(scene.materials[0].surface.unwrap().metallic, 0.0);
 }
 
 /// `MOCAP_WRITE=1` writes the table.
