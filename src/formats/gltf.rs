@@ -105,6 +105,10 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     passed_through: &[
         DataKind::VertexColors,
         DataKind::Expressions,
+        DataKind::SurfaceMaps,
+        DataKind::Springs,
+        DataKind::Constraints,
+        DataKind::CharacterSettings,
         DataKind::Cameras,
         DataKind::Lights,
         DataKind::Extras,

@@ -320,7 +320,10 @@ impl FormatInfo {
                 "write .vrma, or .glb of a .vrm, which keep expressions"
             }
             DataKind::FaceCurves => "write .glb, .fbx or .usda, which keep curves of morph targets",
-            DataKind::Units => "files of this format state no unit; {sidecar} writes the unit to a file beside it",
+            DataKind::Units => {
+                "files of this format state no unit; {out-unit} chooses the unit that the next program expects, and \
+                 {sidecar} writes it to a file beside the output"
+            }
             DataKind::PositionCurves if self.has_sidecar => "leave out {channels}, or write 6",
             DataKind::PositionCurves => "limbs keep their directions and lengths",
             DataKind::Frames | DataKind::FrameRates | DataKind::Durations => match self.rate {

@@ -18,7 +18,7 @@ struct Contents {
     scenes: Vec<Item>,
     nodes: Vec<Item>,
     meshes: Vec<Mesh>,
-    materials: Vec<Item>,
+    materials: Vec<Surface>,
     textures: Vec<IgnoredAny>,
     cameras: Vec<Item>,
     extensions: Extensions,
@@ -31,6 +31,34 @@ struct Item {
     name: String,
     skin: Option<usize>,
     extras: Value,
+    extensions: Value,
+}
+
+/// A material.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Surface {
+    name: String,
+    extras: Value,
+    extensions: Value,
+    normal_texture: Value,
+    occlusion_texture: Value,
+    emissive_texture: Value,
+    pbr_metallic_roughness: Value,
+}
+
+impl Surface {
+    /// The textures besides the colour.
+    fn maps(&self) -> usize {
+        let metallic = &self.pbr_metallic_roughness["metallicRoughnessTexture"];
+        let maps = [
+            &self.normal_texture,
+            &self.occlusion_texture,
+            &self.emissive_texture,
+            metallic,
+        ];
+        maps.into_iter().filter(|map| !map.is_null()).count()
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -55,6 +83,8 @@ struct Extensions {
     vrm1: Value,
     #[serde(rename = "VRM")]
     vrm0: Value,
+    #[serde(rename = "VRMC_springBone")]
+    springs: Value,
 }
 
 #[derive(Default, Deserialize)]
@@ -95,6 +125,9 @@ pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
             add(DataKind::Materials, file.materials.len());
             add(DataKind::Textures, file.textures.len());
         }
+        if are_meshes_read {
+            add(DataKind::SurfaceMaps, file.materials.iter().map(Surface::maps).sum());
+        }
         // The first set is read with its mesh.
         let read = usize::from(are_meshes_read);
         add(
@@ -126,10 +159,29 @@ pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
         DataKind::Expressions,
         of_kind("preset") + of_kind("custom") + groups.as_array().map_or(0, Vec::len),
     );
+    let (vrm0, vrm1) = (&file.extensions.vrm0, &file.extensions.vrm1);
+    let length = |list: &Value| list.as_array().map_or(0, Vec::len);
+    add(
+        DataKind::Springs,
+        length(&file.extensions.springs["springs"]) + length(&vrm0["secondaryAnimation"]["boneGroups"]),
+    );
+    let is_constrained = |node: &&Item| !node.extensions["VRMC_node_constraint"].is_null();
+    add(DataKind::Constraints, file.nodes.iter().filter(is_constrained).count());
+    let stated = [&vrm1["lookAt"], &vrm1["firstPerson"], &vrm0["firstPerson"]];
+    let is_toon = |material: &&Surface| !material.extensions["VRMC_materials_mtoon"].is_null();
+    let is_toon_of_vrm0 = |properties: &&Value| properties["shader"] == "VRM/MToon";
+    let of_vrm0 = vrm0["materialProperties"].as_array().map_or(&[][..], Vec::as_slice);
+    add(
+        DataKind::CharacterSettings,
+        stated.into_iter().filter(|part| !part.is_null()).count()
+            + file.materials.iter().filter(is_toon).count()
+            + of_vrm0.iter().filter(is_toon_of_vrm0).count(),
+    );
     if !is_ours {
-        let items = [&file.scenes, &file.nodes, &file.materials, &file.cameras];
-        let items = items.into_iter().flatten();
-        add(DataKind::Extras, items.filter(|item| !item.extras.is_null()).count());
+        let items = [&file.scenes, &file.nodes, &file.cameras].into_iter().flatten();
+        let extras = items.map(|item| &item.extras);
+        let extras = extras.chain(file.materials.iter().map(|material| &material.extras));
+        add(DataKind::Extras, extras.filter(|extras| !extras.is_null()).count());
     }
     lost
 }

@@ -54,7 +54,7 @@ kinds! {
     /// Durations of clips in seconds.
     Durations "durations" "duration" "durations"
     /// The unit of length that a file states.
-    Units "units" "unit of length" "units of length"
+    Units "units" "stated unit of length" "stated units of length"
     /// Joints and markers that move in a clip.
     MovingJoints "moving-joints" "moving joint" "moving joints"
     /// Joints with a parent joint whose position relative to it changes in a clip.
@@ -85,6 +85,14 @@ kinds! {
     Materials "materials" "material" "materials"
     /// Textures.
     Textures "textures" "texture" "textures"
+    /// Textures of materials besides their colour: normals, roughness, emission and others.
+    SurfaceMaps "surface-maps" "texture besides the colour" "textures besides the colour"
+    /// Chains of joints that swing, such as hair: spring bones.
+    Springs "springs" "spring chain" "spring chains"
+    /// Nodes that follow other nodes by a constraint.
+    Constraints "constraints" "node constraint" "node constraints"
+    /// What a VRM states about a character: its gaze, its view in the first person, its toon shading.
+    CharacterSettings "character-settings" "setting of a character" "settings of a character"
     /// Named times of a recording.
     Events "events" "event" "events"
     /// Analog channels of a recording.
@@ -219,6 +227,10 @@ impl DataKind {
             Self::DualQuaternionSkins
             | Self::VertexColors
             | Self::Expressions
+            | Self::SurfaceMaps
+            | Self::Springs
+            | Self::Constraints
+            | Self::CharacterSettings
             | Self::Links
             | Self::LinkShapes
             | Self::LinkMasses
