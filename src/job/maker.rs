@@ -321,8 +321,17 @@ impl<'a> Maker<'a> {
             require_motion(&scene, motion)?;
         }
         if takes_one && let Some(note) = clip_taken(&scene, None) {
-            hear(Notice::Note(&note));
             let index = scene.main_clip();
+            match self.is_onto_robot() {
+                // In a folder, notes about single files are not printed, but warnings are.
+                true => {
+                    let count = scene.animations.len();
+                    let message = format!("the output has only clip {index} of {count}");
+                    let warning = Diagnostic::new(Code::NotCarriedOver, message).help("{clip} takes another clip");
+                    hear(Notice::Warnings(motion, &[warning]));
+                }
+                false => hear(Notice::Note(&note)),
+            }
             scene.keep_animation(index);
             scene.metadata.steps.push(AppliedStep::SelectClip { index });
         }

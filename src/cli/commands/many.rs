@@ -4,13 +4,14 @@ mod options;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use mocap::files::ReplacePolicy;
 use mocap::job::{JobOutput, JobTarget, Maker, MotionJob, Notice};
 use mocap::retarget::report::ClipReport;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
+use mocap::{Code, Diagnostic};
 
 use self::options::options;
 use super::robot_reports::Table;
@@ -84,6 +85,7 @@ impl MotionBatch<'_> {
             report: self.report,
             table: None,
             rows: AtomicUsize::new(0),
+            losses: Mutex::default(),
         })
     }
 }
@@ -112,6 +114,8 @@ struct ClipGroup<'a> {
     table: Option<PathBuf>,
     /// The number of rows in the table.
     rows: AtomicUsize,
+    /// For each motion that lost data in this run, the first loss.
+    losses: Mutex<BTreeMap<String, String>>,
 }
 
 impl FileTask for ClipGroup<'_> {
@@ -137,10 +141,14 @@ impl FileTask for ClipGroup<'_> {
         let mut steps = Vec::new();
         // For a plain conversion, the guessed unit and up axis have a separate field.
         let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();
-        let mut warnings = Vec::new();
+        let (mut warnings, mut heard) = (Vec::new(), Vec::new());
         let mut hear = |said: Notice<'_>| match said {
             Notice::Step(step) => steps.push(step.clone()),
             Notice::Note(_) if !keeps_notes => {}
+            Notice::Warnings(path, found) => {
+                heard.extend(found.iter().cloned());
+                Voice::Kept(&mut warnings).hear(Notice::Warnings(path, found));
+            }
             said => Voice::Kept(&mut warnings).hear(said),
         };
         let made = self.motion(file, output, record, &mut hear);
@@ -148,6 +156,8 @@ impl FileTask for ClipGroup<'_> {
             return Ok(FileState::Waits);
         };
         record.warnings = warnings;
+        self.note_losses(record, &heard);
+        self.note_losses(record, &made.written.warnings);
         record.edit = (!steps.is_empty()).then(|| raw(&steps)).flatten();
         self.save(file, made, output, record, keeps_notes)
     }
@@ -198,14 +208,16 @@ impl FileTask for ClipGroup<'_> {
     }
 
     fn summary(&self, records: &[&Record]) -> Vec<String> {
+        let lost = self.lost();
         let what = match &self.job.target {
-            None => return Vec::from_iter(Clips::of(records).units()),
+            None => return Clips::of(records).units().into_iter().chain(lost).collect(),
             Some(JobTarget::Robot(_)) => "motions on the robot",
             Some(_) => "clips on the character",
         };
         let found = self.reports(records);
         let mut lines = Vec::from_iter(verdicts(what, found.iter().map(ClipReport::verdict)));
         lines.extend(records.iter().flat_map(|record| self.doubts(record)));
+        lines.extend(lost);
         lines
     }
 
@@ -243,6 +255,27 @@ impl FileTask for ClipGroup<'_> {
 }
 
 impl ClipGroup<'_> {
+    fn note_losses(&self, record: &Record, warnings: &[Diagnostic]) {
+        let mut losses = warnings.iter().filter(|warning| warning.code == Code::NotCarriedOver);
+        if let Some(first) = losses.next() {
+            let mut known = self.losses.lock().unwrap_or_else(PoisonError::into_inner);
+            known
+                .entry(record.input.clone())
+                .or_insert_with(|| first.message.clone());
+        }
+    }
+
+    /// A line about the lost data of all motions.
+    fn lost(&self) -> Option<String> {
+        let losses = self.losses.lock().unwrap_or_else(PoisonError::into_inner);
+        let (file, loss) = losses.iter().next()?;
+        let files = if losses.len() == 1 { "file" } else { "files" };
+        Some(format!(
+            "data of {} {files} is not in the outputs, such as {file}: {loss}; the manifest lists everything",
+            losses.len()
+        ))
+    }
+
     /// The doubts about a motion.
     fn doubts(&self, record: &Record) -> Vec<String> {
         let target = self.job.target.as_ref();

@@ -55,6 +55,17 @@ fn each_motion_gets_the_output_that_it_has_alone() {
 }
 
 #[test]
+fn a_folder_says_that_data_is_not_in_its_outputs() {
+    let folder = folder();
+    folder.succeeds("retarget in/a.bvh in/below/b.bvh in/hero.gltf -o two/two.gltf");
+    let said = folder.succeeds("convert two -o out --to bvh");
+    let lost = "data of 1 file is not in the outputs, such as two.gltf: 1 clip is not in the output, BVH";
+    assert!(said.contains(lost), "{said}");
+    let said = folder.succeeds("convert in/below -o out --to glb");
+    assert!(!said.contains("not in the output"), "{said}");
+}
+
+#[test]
 fn a_file_without_a_motion_is_left_out_and_reported() {
     let folder = folder();
     folder.write(
