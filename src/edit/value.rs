@@ -8,8 +8,8 @@ use super::ValueKind;
 pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
     let list = |separator: &str, item: fn(&str) -> Value| text.split(separator).map(item).collect();
     match takes {
-        ValueKind::FrameRange => list("..", scalar),
-        ValueKind::Frames => list("+", scalar),
+        ValueKind::FrameRange => list("..", frame),
+        ValueKind::Frames => list("+", frame),
         ValueKind::Weights if matches!(scalar(text), Value::Number(_)) => scalar(text),
         ValueKind::Weights => list("+", |part| match part.split_once(':') {
             Some((time, weight)) => Value::Array(vec![scalar(time), scalar(weight)]),
@@ -28,6 +28,14 @@ pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
             let number = metres(text).and_then(Number::from_f64);
             number.map_or_else(|| scalar(text), Value::Number)
         }
+        _ => scalar(text),
+    }
+}
+
+/// The number of a frame, also with the `f` that a time needs.
+fn frame(text: &str) -> Value {
+    match scalar(text.trim().trim_end_matches('f')) {
+        number @ Value::Number(_) => number,
         _ => scalar(text),
     }
 }

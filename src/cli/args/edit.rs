@@ -104,7 +104,8 @@ impl FromArgMatches for Steps {
 }
 
 fn parse_loop(text: &str) -> Result<EditStep, String> {
-    let frame = |frame: &str| frame.parse::<usize>().ok();
+    // Also with the `f` that a time needs.
+    let frame = |frame: &str| frame.strip_suffix('f').unwrap_or(frame).parse::<usize>().ok();
     let frames = text
         .split_once("..")
         .and_then(|(first, last)| Some([frame(first)?, frame(last)?]));
