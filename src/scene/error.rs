@@ -194,7 +194,19 @@ impl Error {
             true => source.to_string(),
             false => "the name of the file is empty".to_owned(),
         };
-        let mut error = Self::from(Diagnostic::new(Code::Io, message));
+        let help = match source.kind() {
+            io::ErrorKind::NotFound if is_named => "check the name of the file and of its folder",
+            io::ErrorKind::PermissionDenied => "check who may read and write the file and its folder",
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free some space, or write to another disk",
+            io::ErrorKind::IsADirectory => "name a file instead of a folder",
+            io::ErrorKind::NotADirectory => "name a folder instead of a file",
+            _ => "",
+        };
+        let mut diagnostic = Diagnostic::new(Code::Io, message);
+        if !help.is_empty() {
+            diagnostic = diagnostic.help(help);
+        }
+        let mut error = Self::from(diagnostic);
         error.0.path = is_named.then(|| path.to_owned());
         error.0.source = Some(source);
         error
