@@ -218,7 +218,7 @@ impl Feet {
         }
     }
 
-    /// The velocity of the slower foot in the frames in which both stand for long. A drift moves both feet alike; a
+    /// The velocity of the slower foot in the frames in which both feet have a long stance. A drift moves both feet alike; a
     /// shuffling foot moves alone.
     fn standing(&self) -> Vec<(usize, DVec3)> {
         let best = self.points.iter().map(|point| point.0).max().unwrap_or_default();
@@ -263,7 +263,8 @@ impl Feet {
         (0..self.frames).map(of_frame).collect()
     }
 
-    /// The velocity of a point in the frames in which it stands for long, without the beginning and end of this time.
+    /// The velocity of a point during each stance longer than [`STANDS`], without the first and the last half of
+    /// [`OVER`]; `None` in other frames.
     fn stands(&self, track: &[DVec3]) -> Vec<Option<DVec3>> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let least = (STANDS * self.rate) as usize;
@@ -347,7 +348,7 @@ pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
     })
 }
 
-/// The height of the ground in metres, by the rule that all commands use.
+/// The height of the ground in metres, as [`FootPoints::ground`] computes it for all commands; 0 if it is unknown.
 fn height(work: &Work<'_>) -> f64 {
     let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
     let levels = levels(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);

@@ -13,7 +13,7 @@ pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Fr
         let message = format!("the two motions have different skeletons: {difference}");
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         return Err(diagnostic
-            .help("retarget one onto the skeleton of the other first, as retargeting::apply_steps does")
+            .help("first retarget one motion to the skeleton of the other motion")
             .into());
     }
     let driven = |scene: &Scene, animation: usize| -> Vec<NodeId> {

@@ -66,9 +66,9 @@ impl fmt::Display for WalkReport {
 }
 
 impl Walk {
-    /// Makes a motion of a walk. `clips` are the clips of the graph in order, each as a scene and the index of its
-    /// animation. Successive pieces are aligned over the ground and blended over the length of a window. Then
-    /// [`foot_lock()`] locks the feet. The frame rate is the highest of the clips.
+    /// Turns this walk over the graph into a motion. `clips` are the clips of the graph in order, each as a scene and the
+    /// index of its animation. Successive pieces are aligned over the ground and blended over the length of a window.
+    /// Then [`foot_lock()`] locks the feet of a humanoid. The frame rate is the highest frame rate of the clips.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -85,7 +85,8 @@ impl Walk {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] if the clips differ from the clips of the walk, or have different joints.
+    /// [`Code::InvalidValue`] if a clip of the walk is missing in `clips`, or if the clips have different joints. Other
+    /// clips with the same joints as the clips of the graph are not detected.
     pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
         let mut joined = WalkClips::new(self, clips)?;
         // The motion gets the skeleton of the first clip.

@@ -46,7 +46,7 @@ pub(super) fn possible(
         warnings.push(Code::InvalidRobot, || {
             let message = "has an inertia that is impossible for a body";
             let expected = "each moment at most the sum of the other two";
-            let help = "correct its inertia; until then torques follow the file";
+            let help = "correct the inertia; until then mocap computes torques with the value of the file";
             warning(element, link, message, expected, printed()).help(help)
         });
     }

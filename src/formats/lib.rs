@@ -136,7 +136,7 @@ pub struct FormatInfo {
     pub description: &'static str,
     /// Extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
-    /// The quality of its reader, by the grades of the README: excellent, good, fair or no.
+    /// The quality of its reader, by the grades of `docs/formats.md`: excellent, good, fair or no.
     pub reading: &'static str,
     /// The quality of its writer, by the same grades.
     pub writing: &'static str,

@@ -218,7 +218,7 @@ impl Importer {
     fn character(&self, source: &Source<'_>) -> Result<Character> {
         let path = source.name;
         if self.find_format(source.bytes, path)?.format != Format::Gltf {
-            let message = "only glTF and VRM files can be passed through";
+            let message = "a character whose file is kept must be a glTF or VRM file";
             return Err(Error::from(Diagnostic::new(Code::UnknownFormat, message)).with_path(path));
         }
         let mut character = Character::read(source, &self.read).map_err(|error| error.with_path(path))?;

@@ -1,6 +1,6 @@
-//! Joins the modules of the player to one script, and compresses the script and the font. They are a twentieth of the
-//! program. A module for browsers has them uncompressed, because it is compressed as a whole, and the drop page clears
-//! them.
+//! Joins the modules of the player to one script, and compresses the script, the style sheet and the font. For
+//! WebAssembly they stay uncompressed: the module is compressed as a whole, and `tools/wasm/page/lean_module.js` must
+//! find them to replace unused data by zeros.
 
 use std::fs::{File, read_to_string};
 use std::io::{Result, Write};

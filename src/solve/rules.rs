@@ -124,7 +124,8 @@ fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Opt
     let up = match (above.filter(is_far), set.joints[joint].parent) {
         (_, None) if !points.pelvis_up.is_empty() => Up::Pelvis,
         (Some(above), _) => Up::Line(joint, above),
-        // Shoulders far above the joint rotate with it. If the joint is lower down, they may not.
+        // If the midpoint of the shoulders is far from the joint, the line to the midpoint points up. Nearer, its
+        // direction is noise, so the line from the parent counts.
         (None, Some(_)) if to_middle > FAR => Up::ToMiddle,
         (None, Some(parent)) => Up::Line(parent, joint),
         // Hips that are higher than the leg joints show the up direction, however the spine bends.

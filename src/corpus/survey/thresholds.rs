@@ -75,7 +75,7 @@ kinds! {
     Defect NotFinite "not-finite" "values" 1.0 1.0 false "values in the file that are not finite; mocap replaces them"
     Defect CutOff "cut-off" "%" 2.0 10.0 false "the file has fewer frames than it states"
     Defect NoMotion "no-motion" "joints" 1.0 1.0 false "the file has no motion, or no joint moves in it"
-    Defect WrongRate "wrong-rate" "times" 1.3 2.0 false "the motion is too fast or too slow by this factor, according to gravity or to its frame rate"
+    Defect WrongRate "wrong-rate" "times" 1.3 2.0 false "the factor by which bodies fall too fast or too slowly, or by which the frame rate is outside 5 to 1000 frames per second"
     Defect Frozen "frozen" "s" 0.5 2.0 false "no joint moves, between frames in which the body moves"
     Defect Gap "gap" "s" 0.5 2.0 false "some joints hold one pose while other joints move; elsewhere in the clip they move"
     Defect Doubled "doubled" "frames" 1.0 5.0 false "frames that repeat the previous frame while the body moves"

@@ -138,7 +138,10 @@ fn unsolved(scene: &Scene) -> Option<Diagnostic> {
     if sets.is_empty() {
         return None;
     }
-    let message = format!("{count} points without a skeleton, as in {}", sets.join(" and "));
+    let message = format!(
+        "the file has {count} points and no skeleton; joint sets with {count} points: {}",
+        sets.join(", ")
+    );
     Some(Diagnostic::new(Code::NotHumanoid, message).help("name their joint set: {joints}"))
 }
 

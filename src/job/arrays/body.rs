@@ -326,7 +326,7 @@ impl BodyArrays {
         let frames: Vec<[DVec3; BODY_JOINTS]> = (0..count).map(|index| self.posed(nearest(index))).collect();
         let rows = humanml3d::numbers(&frames);
         if rows.is_empty() {
-            let message = "HumanML3D holds differences between frames, and the motion has only one frame";
+            let message = "HumanML3D needs two frames at 20 frames per second, and the motion is shorter";
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         }
         let values: Vec<f32> = rows.iter().flatten().copied().collect();

@@ -20,8 +20,8 @@ use super::{Finding, FindingKind};
 /// 32-bit matrices.
 const SAME_PLACE: f64 = 1e-3;
 
-/// The scene of a glTF file with its meshes. `row` is the row of its format. The rest pose is the pose of the nodes, or
-/// the bind pose of the skin.
+/// The scene of a glTF file with its meshes. `row` describes the format of the file. With `of_nodes`, the rest pose is
+/// the pose of the nodes, otherwise the bind pose of the skin.
 pub(super) fn read(
     row: &FormatInfo,
     (bytes, name): (&[u8], &Path),

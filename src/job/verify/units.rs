@@ -21,7 +21,7 @@ pub(super) struct Space {
 }
 
 impl Space {
-    /// The statements that a file should have after these steps.
+    /// The unit and the up axis that a file should state after these steps.
     pub(super) fn recorded(source: &Scene, steps: &[AppliedStep]) -> Self {
         let mut space = Self::of(source);
         for step in steps {
@@ -40,7 +40,7 @@ impl Space {
         space
     }
 
-    /// The statements that a file should have, if its change was inferred from its values.
+    /// The unit and the up axis that a file should state, if its change was inferred from its values.
     pub(super) fn guessed(source: &Scene, change: &Change) -> Self {
         let space = Self::of(source);
         let is_up = |up: UpAxis, other: &UpAxis| change.turn(direction(up)).dot(direction(*other)) > 0.5;

@@ -28,8 +28,8 @@ weights! {
         foot_heading = 0.3, "1",
             "Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle.";
         standing = 12.0, "1",
-            "Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` \
-            measures the distance of soles from the floor.";
+            "Additional weight in contact: a foot in stance has the weight `foot` × (1 + `standing`), so that it is flat. \
+            `tools/robot/check` measures the distance of soles from the floor.";
         foot_place = 10000.0, "1/m^2",
             "Position of an ankle, or of the sole of a foot in stance, and depth below the floor. A centimetre costs \
             as much as a radian of a direction, so that feet do not slide. `tools/robot/check` measures it.";

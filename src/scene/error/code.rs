@@ -69,7 +69,7 @@ codes! {
         "The output would replace one of the input files, perhaps through a link."
         "Name another output."
     OutputExists "output-exists"
-        "The output would replace a file that may be a source: this program did not write it, or it was changed later."
+        "The output would replace a file that mocap did not write, or that was changed later."
         "Name another output, or replace the file with the option force."
     UnknownFormat "unknown-format"
         "Neither the contents nor the extension belong to a format that mocap reads."
@@ -132,8 +132,8 @@ codes! {
         "A count or a range that the file states differs from its data. The data were read."
         "Export the file again."
     UnknownUnit "unknown-unit"
-        "glTF is in metres, but the unit of the scene is another one or unknown; or markers fit no body in the unit \
-            that their file states."
+        "The output format is in metres, but the unit of the scene is different or unknown. Or the unit of a marker \
+            file is wrong: no body fits its markers."
         "Apply a `Conversion` before writing, or set `Metadata::metres_per_unit` to 1 if the lengths are metres."
     StatedOtherwise "stated-otherwise"
         "An option and the file state different units or up axes of the input. The option was used."

@@ -149,7 +149,7 @@ impl BodyModel {
     }
 }
 
-/// The weights of the vertices whose sum is each joint.
+/// The weights of vertices. The position of a joint is the weighted sum of its vertices (`J_regressor`).
 struct Regressor {
     joints: usize,
     /// Joint, vertex, weight.

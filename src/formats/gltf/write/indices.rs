@@ -11,9 +11,9 @@ pub(super) const NO_IMAGE: &str = r#"{"mimeType":"image/png","uri":"data:image/p
 pub(super) enum Done {
     /// Removes a member of an object, or an item of an array, this many levels above the index.
     Out(usize),
-    /// Removes the index. References to its item are then treated as invalid.
+    /// Removes the index. References to the item that contains it are then treated as invalid.
     Broken,
-    /// The same, with this stand-in for the item.
+    /// Replaces the item that contains the index by this stand-in. References to the item are then treated as invalid.
     StandIn(&'static str),
     /// The texture gets [`NO_IMAGE`], and references to it are treated as invalid.
     White,
