@@ -6,7 +6,7 @@ use mocap_retarget::RetargetOptions;
 use mocap_retarget::Scale;
 use mocap_retarget::report::ClipReport;
 use mocap_retarget::report::Verdict;
-use mocap_retarget::robot::report::Floor;
+use mocap_retarget::robot::report::{Floor, TimeScale};
 use mocap_scene::error::{Code, Diagnostic, Result, spelled};
 use serde::{Deserialize, Serialize};
 
@@ -165,6 +165,11 @@ target! {
         )]
         #[serde(skip_serializing_if = "is_default")]
         pub floor: Floor,
+        /// Playback speed: auto slows a motion down just as far as the robot's limits of velocity and effort need, and
+        /// a factor sets the speed. The frame rate does not change
+        #[cfg_attr(feature = "clap", arg(long, value_name = "auto|FACTOR", default_value = "1"))]
+        #[serde(skip_serializing_if = "is_default")]
+        pub time_scale: TimeScale,
         /// Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. feasible refuses
         /// poor motions, and those that the robot cannot perform by its masses and efforts
         #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT"))]
@@ -316,6 +321,7 @@ impl JobTarget {
             Self::Robot(robot) => options
                 .velocity_limits(robot.velocity_limits)
                 .floor(robot.floor)
+                .time_scale(robot.time_scale)
                 .passes(robot.passes()?),
         })
     }

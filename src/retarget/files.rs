@@ -293,6 +293,7 @@ impl Retargeter {
                     velocity_limits: self.options.velocity_limits,
                     passes: self.options.passes,
                     floor: self.options.floor,
+                    time_scale: self.options.time_scale,
                     lock_feet: self.options.lock_feet,
                     weights: self.options.robot_weights,
                     foot_lock: self.options.foot_lock_weights,
@@ -316,9 +317,13 @@ impl Retargeter {
     fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<RetargetedClip> {
         let mut provenance = Provenance::of_clip(source, index);
         let lock_feet = self.options.lock_feet;
+        // The source at the speed of the motion, if a robot needs another speed.
+        let mut at_speed = None;
         let (mut clip, step) = match (mover, &self.target) {
             (Mover::Robot(retargeter), Target::Robot(robot)) => {
-                let (motion, report) = retargeter.clip(source, index)?;
+                let (motion, report, scaled) = retargeter.scaled_clip(source, index)?;
+                at_speed = scaled;
+                let source = at_speed.as_ref().unwrap_or(source);
                 let step = AppliedStep::Retarget {
                     onto: SecondMotion::of(&robot_scene(robot)),
                     scale: report.scale,
@@ -329,7 +334,8 @@ impl Retargeter {
                 (moved.with_limb_angles(limbs), step)
             }
             (Mover::Quadruped(retargeter), Target::Robot(robot)) => {
-                let (motion, report) = retargeter.clip(source, &source.animations[index]);
+                let (motion, report, scaled) = retargeter.clip(source, index)?;
+                at_speed = scaled;
                 let step = AppliedStep::Retarget {
                     onto: SecondMotion::of(&robot_scene(robot)),
                     scale: report.scale,
@@ -372,6 +378,9 @@ impl Retargeter {
                 unreachable!("a robot's retargeter is made for a robot alone")
             }
         };
+        let source = at_speed.as_ref().unwrap_or(source);
+        let warp = at_speed.as_ref().and_then(|scaled| scaled.metadata.steps.last());
+        provenance.steps.extend(warp.cloned());
         provenance.steps.push(step);
         provenance.steps.extend(self.change_over_ground(&mut clip)?);
         clip.provenance = provenance;

@@ -60,6 +60,7 @@ mod speed;
 pub(crate) mod swing;
 #[doc(hidden)]
 pub(crate) mod terms;
+pub(crate) mod time_scale;
 mod torques;
 mod touches;
 #[doc(hidden)]

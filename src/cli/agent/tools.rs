@@ -256,6 +256,7 @@ pub const TOOLS: &[Tool] = &[
             "feet",
             "passes",
             "floor",
+            "time-scale",
             "require",
         ],
         answer: answers::retargeted,

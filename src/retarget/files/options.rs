@@ -6,7 +6,7 @@ use mocap_figure::convert::{Conversion, RootMotion};
 
 use crate::Scale;
 use crate::robot::Weights;
-use crate::robot::report::Floor;
+use crate::robot::report::{Floor, TimeScale};
 
 /// The options of a [`Retargeter`](super::Retargeter).
 ///
@@ -30,6 +30,7 @@ pub struct RetargetOptions {
     pub(super) velocity_limits: bool,
     pub(super) passes: u8,
     pub(super) floor: Floor,
+    pub(super) time_scale: TimeScale,
     pub(super) root: RootMotion,
     pub(super) robot_weights: Weights,
     pub(super) foot_lock_weights: FootLockWeights,
@@ -48,6 +49,7 @@ impl Default for RetargetOptions {
             velocity_limits: false,
             passes: 2,
             floor: Floor::Auto,
+            time_scale: TimeScale::default(),
             root: RootMotion::Keep,
             robot_weights: Weights::default(),
             foot_lock_weights: FootLockWeights::default(),
@@ -133,6 +135,13 @@ impl RetargetOptions {
     /// [`Floor::Auto`].
     pub fn floor(mut self, floor: Floor) -> Self {
         self.floor = floor;
+        self
+    }
+
+    /// The playback speed of a motion on a robot:
+    /// [`RobotOptions::time_scale`](crate::robot::RobotOptions::time_scale). Default: the speed of the source.
+    pub fn time_scale(mut self, scale: TimeScale) -> Self {
+        self.time_scale = scale;
         self
     }
 

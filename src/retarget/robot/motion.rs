@@ -11,6 +11,9 @@ use super::kinematics::{Kinematics, RobotPose};
 /// frame time of 0.033333 s has six decimals.
 const WHOLE_RATE: f64 = 1e-4;
 
+/// The largest difference in frames of equal times.
+const SAME_FRAME: f64 = 1e-6;
+
 /// The motion of a robot, frame by frame.
 ///
 /// The [module](crate::robot) has an example.
@@ -63,6 +66,42 @@ impl RobotMotion {
         self.dof_pos.truncate(frames * self.dof_names.len());
         self.contacts.truncate(frames);
         self.hind_contacts.truncate(frames);
+    }
+
+    /// The same path at `speed` times its speed, by Catmull-Rom splines through the frames. The last part of a frame is
+    /// dropped.
+    pub(super) fn at_speed(&self, speed: f64) -> Self {
+        let last = self.frames().saturating_sub(1);
+        let count = (last as f64 / speed + SAME_FRAME) as usize + 1;
+        let mut scaled = Self {
+            name: self.name.clone(),
+            fps: self.fps,
+            dof_names: self.dof_names.clone(),
+            ..Self::default()
+        };
+        for frame in (0..count).filter(|_| !self.root.is_empty()) {
+            let at = (frame as f64 * speed).min(last as f64);
+            let from = (at as usize).min(last.saturating_sub(1));
+            let frames = [from.saturating_sub(1), from, (from + 1).min(last), (from + 2).min(last)];
+            let weights = spline(at - from as f64, [from == 0, from + 2 > last]);
+            let parts = || frames.into_iter().zip(weights);
+            let rotations = parts().map(|(frame, weight)| self.root[frame].rotation * weight);
+            scaled.root.push(Placement {
+                rotation: rotations.reduce(|a, b| a + b).unwrap_or_default().normalize(),
+                translation: parts()
+                    .map(|(frame, weight)| weight * self.root[frame].translation)
+                    .sum(),
+            });
+            scaled.dof_pos.extend((0..self.dof_names.len()).map(|joint| {
+                parts()
+                    .map(|(frame, weight)| weight * self.dof_of(frame)[joint])
+                    .sum::<f64>()
+            }));
+            let nearest = at.round() as usize;
+            scaled.contacts.extend(self.contacts.get(nearest));
+            scaled.hind_contacts.extend(self.hind_contacts.get(nearest));
+        }
+        scaled
     }
 
     /// The number of feet, and for each frame the feet in contact, the front feet first.
@@ -120,4 +159,24 @@ pub(super) fn rate(fps: f64) -> f64 {
         true => whole,
         false => fps,
     }
+}
+
+/// The weights of four points in a Catmull-Rom spline, at `t` from the second point to the third. At an end of the
+/// motion, the point beyond the end continues the last step.
+fn spline(t: f64, is_end: [bool; 2]) -> [f64; 4] {
+    let (square, cube) = (t * t, t * t * t);
+    let mut weights = [
+        0.5 * (2.0 * square - cube - t),
+        0.5 * (2.0 - 5.0 * square + 3.0 * cube),
+        0.5 * (t + 4.0 * square - 3.0 * cube),
+        0.5 * (cube - square),
+    ];
+    for (beyond, end, before) in [(0, 1, 2), (3, 2, 1)] {
+        if is_end[beyond / 3] {
+            let weight = std::mem::take(&mut weights[beyond]);
+            weights[end] += 2.0 * weight;
+            weights[before] -= weight;
+        }
+    }
+    weights
 }

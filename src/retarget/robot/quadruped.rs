@@ -93,7 +93,9 @@ struct Wanted {
 impl QuadrupedRetargeter {
     /// # Errors
     /// [`Code::NotHumanoid`] if the source is not an animal on four legs, or the robot does not have four legs.
+    /// [`Code::InvalidValue`] for a time scale that the robot cannot have.
     pub(crate) fn new(source: &Scene, figure: Figure, robot: &Robot, options: &RobotOptions) -> Result<Self> {
+        options.time_scale.check(robot)?;
         let kinematics = Kinematics::new(robot);
         let refused = |message: String| Diagnostic::new(Code::NotHumanoid, message);
         let legs = RobotLegs::new(robot, &kinematics).ok_or_else(|| {
@@ -121,8 +123,13 @@ impl QuadrupedRetargeter {
         })
     }
 
-    /// Retargets an animation of `source` to the robot, and reports its quality.
-    pub(crate) fn clip(&self, source: &Scene, animation: &Animation) -> (RobotMotion, RobotReport) {
+    /// Retargets an animation of `source` to the robot, and reports its quality. Also returns the source at the speed of
+    /// the motion, if this is another speed.
+    ///
+    /// # Errors
+    /// [`Code::LimitExceeded`] if the time scale makes the motion far longer.
+    pub(crate) fn clip(&self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport, Option<Scene>)> {
+        let animation = &source.animations[index];
         let track = AnimalTrack::new(source, animation, &self.figure, &self.animal);
         let scale = match self.options.scale {
             Scale::Factor(factor) => factor,
@@ -134,8 +141,25 @@ impl QuadrupedRetargeter {
         motion.contacts = track.contacts.iter().map(|stands| [stands[0], stands[1]]).collect();
         motion.hind_contacts = track.contacts.iter().map(|stands| [stands[2], stands[3]]).collect();
         let steps = if is_own { 1.0 } else { self.scales(&track).1 };
-        let report = self.report(&track, &motion, steps);
-        (motion, report)
+        let soles = self.soles();
+        let dynamics = |motion: &RobotMotion| feasibility(&self.robot, &self.kinematics, &soles, motion);
+        let time_scale = self.options.time_scale;
+        let Some(scaled) = time_scale.apply(&self.kinematics, (source, index), &motion, &dynamics)? else {
+            let report = self.report(&track, &motion, steps);
+            return Ok((motion, report, None));
+        };
+        let (source, motion) = (scaled.source, scaled.motion);
+        let mut track = AnimalTrack::new(&source, &source.animations[index], &self.figure, &self.animal);
+        let contacts = std::iter::zip(&motion.contacts, &motion.hind_contacts);
+        track.contacts = contacts
+            .map(|(front, hind)| [front[0], front[1], hind[0], hind[1]])
+            .collect();
+        let report = RobotReport {
+            time_scale: scaled.speed,
+            slowed_by: scaled.joint,
+            ..self.report(&track, &motion, steps)
+        };
+        Ok((motion, report, Some(source)))
     }
 
     /// Retargets the motion of another body to the robot.
@@ -349,9 +373,10 @@ impl QuadrupedRetargeter {
 
     /// Keeps joints within the velocities of the robot's file, and below the threshold of a jump.
     fn slow_down(&self, motion: &mut RobotMotion) {
-        let count = motion.dof_names.len();
+        let (count, speed) = (motion.dof_names.len(), self.options.time_scale.while_solved());
         for (position, body) in self.kinematics.bodies[1..].iter().enumerate() {
-            let velocity = body.limits.velocity.filter(|most| *most > 0.0).unwrap_or(FASTEST);
+            let velocity = body.limits.velocity.filter(|most| *most > 0.0);
+            let velocity = velocity.map_or(FASTEST, |most| (most / speed).min(most.max(FASTEST)));
             let most = velocity / motion.fps;
             let mut values: Vec<f64> = motion.dof_pos.iter().skip(position).step_by(count).copied().collect();
             within_steps(&mut values, |_| most);
@@ -359,6 +384,11 @@ impl QuadrupedRetargeter {
                 *at = value;
             }
         }
+    }
+
+    fn soles(&self) -> Vec<(usize, Vec<SoleBall>)> {
+        let legs = self.legs.legs.iter();
+        legs.map(|leg| (leg.body(), leg.sole.clone())).collect()
     }
 
     /// Calls `see` with each pose of a motion.
@@ -424,7 +454,6 @@ impl QuadrupedRetargeter {
             .iter()
             .filter(|frame| (frame.rotation * DVec3::Z).z < 0.5)
             .count();
-        let all_soles: Vec<(usize, Vec<SoleBall>)> = legs.iter().map(|leg| (leg.body(), leg.sole.clone())).collect();
         let mut report = robot_report::report(
             &self.robot,
             motion,
@@ -442,7 +471,7 @@ impl QuadrupedRetargeter {
                 jumps: self.fraction_of_jumps(track, motion),
                 unmeasured_limbs: 0,
                 guessed: guessed.collect(),
-                dynamics: feasibility(&self.robot, &self.kinematics, &all_soles, motion),
+                dynamics: feasibility(&self.robot, &self.kinematics, &self.soles(), motion),
                 has_legs: true,
             },
         );

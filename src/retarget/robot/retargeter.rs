@@ -36,6 +36,7 @@ use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::swing::{clearances, most_clearance, speeds};
 use super::terms::{Goals, Terms};
+use super::time_scale::TimeScale;
 use super::twin::StandIn;
 use super::weights::Weights;
 use super::window::{Bound, Windows};
@@ -79,6 +80,8 @@ pub struct RobotOptions {
     pub passes: u8,
     /// The height of the floor. Default: under the feet in stance.
     pub floor: Floor,
+    /// The playback speed. Default: the speed of the source.
+    pub time_scale: TimeScale,
     /// The weights of the solver.
     pub weights: Weights,
     /// The weights of the foot lock before the robot follows the feet.
@@ -95,6 +98,7 @@ impl Default for RobotOptions {
             lock_feet: true,
             passes: 2,
             floor: Floor::Auto,
+            time_scale: TimeScale::default(),
             weights: Weights::default(),
             foot_lock: FootLockWeights::default(),
         }
@@ -110,6 +114,7 @@ setters! {
         lock_feet: bool,
         passes: u8,
         floor: Floor,
+        time_scale: TimeScale,
         weights: Weights,
         foot_lock: FootLockWeights,
     }
@@ -148,10 +153,12 @@ impl RobotRetargeter {
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] if the source or the robot is not a humanoid. [`Code::InvalidValue`] for a weight that is
-    /// out of its range.
+    /// out of its range, and for a time scale
+    /// that the robot cannot have.
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let weights = &options.weights;
         weights.check()?;
+        options.time_scale.check(robot)?;
         let bones = robot_bones(robot, Some(&options.map))?;
         let twin = StandIn::new(robot, &bones)?;
         let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
@@ -182,11 +189,41 @@ impl RobotRetargeter {
     /// Retargets an animation of `source`, by its index, to the robot, and reports its quality.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] if there is no such animation.
+    /// [`Code::NoMotion`] if there is no such animation. [`Code::LimitExceeded`] if the time scale makes the motion far
+    /// longer.
     pub fn clip(&mut self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport)> {
-        let (motion, mut report) = self.solved(source, index)?;
-        report.scores = self.scores(source, &source.animations[index], &motion, &report);
+        let (motion, report, _) = self.scaled_clip(source, index)?;
         Ok((motion, report))
+    }
+
+    /// As [`clip`](Self::clip), with the source at the speed of the motion, if this is another speed.
+    pub(crate) fn scaled_clip(
+        &mut self,
+        source: &Scene,
+        index: usize,
+    ) -> Result<(RobotMotion, RobotReport, Option<Scene>)> {
+        let (motion, mut report) = self.solved(source, index)?;
+        let (kinematics, soles) = (&self.kinematics, self.following.soles());
+        let dynamics = |motion: &RobotMotion| match self.twin.has_legs {
+            true => feasibility(&self.robot, kinematics, &soles, motion),
+            false => None,
+        };
+        let scaled = self
+            .options
+            .time_scale
+            .apply(kinematics, (source, index), &motion, &dynamics)?;
+        let Some(scaled) = scaled else {
+            report.scores = self.scores(source, &source.animations[index], &motion, &report);
+            return Ok((motion, report, None));
+        };
+        let found = self.report_of(&scaled.source, &scaled.source.animations[index], &scaled.motion);
+        let report = RobotReport {
+            passes: report.passes,
+            time_scale: scaled.speed,
+            slowed_by: scaled.joint,
+            ..found
+        };
+        Ok((scaled.motion, report, Some(scaled.source)))
     }
 
     fn animation_of(source: &Scene, index: usize) -> Result<&Animation> {
@@ -212,7 +249,8 @@ impl RobotRetargeter {
         if let Some(mut given) = self.own_motion(source, animation) {
             given.contacts = motion.contacts;
             let rotations = SourceRotations::new(source, animation, &self.source_bones);
-            let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, given.fps);
+            let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, given.fps)
+                .later_at(self.options.time_scale.while_solved());
             return Ok(self.judged(source, animation, given, &goals, &steps));
         }
         // With velocity limits, the limits of a frame depend on the previous frame.
@@ -227,7 +265,8 @@ impl RobotRetargeter {
         }
         self.fingers.apply(&self.kinematics, source, animation, &mut motion);
         let rotations = SourceRotations::new(source, animation, &self.source_bones);
-        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps)
+            .later_at(self.options.time_scale.while_solved());
         if self.options.passes < 2 {
             return Ok(self.judged(source, animation, motion, &goals, &steps));
         }
@@ -441,9 +480,10 @@ impl RobotRetargeter {
         if !self.options.velocity_limits {
             return bounds;
         }
+        let speed = self.options.time_scale.while_solved();
         for (index, body) in self.kinematics.bodies[1..].iter().enumerate() {
             if let Some(velocity) = body.limits.velocity {
-                let (at, most) = (pose.positions[index], velocity / fps);
+                let (at, most) = (pose.positions[index], velocity / (fps * speed));
                 bounds.lower[index] = bounds.lower[index].max(at - most);
                 bounds.upper[index] = bounds.upper[index].min(at + most);
             }

@@ -60,6 +60,10 @@ pub struct RobotReport {
     pub fps: f64,
     /// The scale of the robot's root motion, in metres per metre of the source.
     pub scale: f64,
+    /// The playback speed, as a factor of the speed of the source.
+    pub time_scale: f64,
+    /// The joint whose limit of velocity or effort needs this speed; absent if no joint does.
+    pub slowed_by: Option<String>,
     /// Arms and legs: the angles between their directions on source and robot.
     pub limbs: Vec<LimbError>,
     /// The mean angle of all limbs and frames, in degrees.
@@ -215,6 +219,12 @@ impl fmt::Display for RobotReport {
             "{clip}: {verdict}{infeasible}: mean limb error {mean:.1} degrees over {frames} frames; path scaled by \
              {scale:.3}"
         )?;
+        if self.time_scale != 1.0 {
+            let because = self.slowed_by.as_ref().map(|joint| format!(" because of {joint}"));
+            let because = because.unwrap_or_default();
+            let changed = if self.time_scale < 1.0 { "slowed" } else { "sped up" };
+            write!(f, "\n{clip}: {changed} to {:.3} of its speed{because}", self.time_scale)?;
+        }
         let of = |is_worst: bool| {
             let not_good = self.criteria.iter().filter(|found| found.verdict != Verdict::Good);
             not_good.filter(move |found| (found.verdict == self.verdict) == is_worst)
@@ -268,7 +278,7 @@ impl fmt::Display for RobotReport {
         if self.fraction_too_fast > 0.0 {
             let (percent, help) = (
                 100.0 * self.fraction_too_fast,
-                spelled("{velocity-limits} limits their velocities"),
+                spelled("{velocity-limits} limits their velocities, and {time-scale} auto slows the motion"),
             );
             write!(
                 f,
@@ -355,6 +365,8 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         frames,
         fps: motion.fps,
         scale: seen.found.scale,
+        time_scale: 1.0,
+        slowed_by: None,
         mean_degrees: seen.found.mean_degrees,
         limbs: seen.found.limbs,
         clamped: joints.clamped,

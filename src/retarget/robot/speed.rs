@@ -22,6 +22,18 @@ pub(super) const EXPLAINED: f64 = 0.5;
 /// The used fraction of the limit of a jump.
 const WITHIN: f64 = 0.9;
 
+/// The velocity limits of all positions, in rad/s or m/s: infinite without a limit.
+pub(super) fn velocities(kinematics: &Kinematics) -> Vec<f64> {
+    let limit = |velocity: Option<f64>| velocity.filter(|most| *most > 0.0).unwrap_or(f64::INFINITY);
+    let bodies = kinematics.bodies[1..].iter();
+    let mut velocities: Vec<f64> = bodies.map(|body| limit(body.limits.velocity)).collect();
+    for follower in &kinematics.followers {
+        let own = velocities[follower.position] / follower.multiplier.abs();
+        velocities[follower.leader] = velocities[follower.leader].min(own);
+    }
+    velocities
+}
+
 /// The largest steps of the joints.
 #[derive(Clone, Debug)]
 pub(super) struct Steps {
@@ -53,19 +65,7 @@ impl Steps {
                 }
             }
         }
-        let bodies = kinematics.bodies[1..].iter();
-        let mut by_file: Vec<f64> = bodies
-            .map(|body| {
-                body.limits
-                    .velocity
-                    .filter(|most| *most > 0.0)
-                    .map_or(f64::INFINITY, |most| most / fps)
-            })
-            .collect();
-        for follower in &kinematics.followers {
-            let own = by_file[follower.position] / follower.multiplier.abs();
-            by_file[follower.leader] = by_file[follower.leader].min(own);
-        }
+        let by_file = velocities(kinematics).into_iter().map(|most| most / fps).collect();
         let mut turned = turned(twin, goals);
         for (frame, turned) in turned.iter_mut().enumerate().skip(1) {
             *turned = least(*turned, source.between(frame - 1, frame));
@@ -77,6 +77,12 @@ impl Steps {
             source,
             free: WITHIN * JUMP / (WINDOW * fps),
         }
+    }
+
+    /// The steps of a path that is later played at `speed` times its speed.
+    pub(super) fn later_at(mut self, speed: f64) -> Self {
+        self.by_file.iter_mut().for_each(|most| *most /= speed);
+        self
     }
 
     /// The fraction of frames after which a joint jumps without a cause in the source.

@@ -10,6 +10,9 @@ pub(super) const INFEASIBLE: &str = "fraction_infeasible";
 /// The name of the fraction of samples above the efforts of motors.
 pub(super) const OVER_EFFORT: &str = "fraction_over_effort";
 
+/// The largest fraction of samples above the efforts of motors in a good motion.
+pub(super) const OVER_EFFORT_OF_GOOD: f64 = 0.01;
+
 /// One criterion of the verdict on a motion.
 ///
 /// The [module](crate::robot) has an example.
@@ -85,7 +88,7 @@ impl Measures {
             // These two never make a motion poor: hands on a table carry too, but inverse dynamics knows only the
             // soles.
             (INFEASIBLE, self.infeasible, 0.05, None),
-            (OVER_EFFORT, self.over_effort, 0.01, None),
+            (OVER_EFFORT, self.over_effort, OVER_EFFORT_OF_GOOD, None),
             ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),
             ("guessed_parts", count(self.guessed_parts), 0.0, None),
         ]

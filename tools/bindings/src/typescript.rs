@@ -49,6 +49,7 @@ const TEXTS: &[(&str, &str)] = &[
     ),
     ("Scale", "number | \"auto\" | \"none\" | `${number}`"),
     ("TimeRange", "`${string}..${string}`"),
+    ("TimeScale", "number | \"auto\" | `${number}`"),
 ];
 
 /// Definitions that TypeScript calls otherwise.

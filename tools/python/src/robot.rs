@@ -1,13 +1,14 @@
 //! Retargets motions to robots.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 
 use mocap::figure::{Humanoid, HumanoidMap};
 use mocap::files::ReplacePolicy;
 use mocap::glam::Mat4;
 use mocap::job::RobotFormat;
-use mocap::retarget::robot::report::Floor;
+use mocap::retarget::robot::report::{Floor, TimeScale};
 use mocap::retarget::robot::{RobotMotion, RobotOptions, RobotRetargeter, SmoothRobotStream};
 use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::{Conversion, Importer, Pose};
@@ -57,6 +58,7 @@ impl Robot {
         velocity_limits: bool,
         passes: u8,
         floor: &str,
+        time_scale: &str,
         map: Option<&str>,
         bones: Option<&str>,
         weights: &str,
@@ -64,6 +66,8 @@ impl Robot {
         let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
         let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
         let (floor, weights) = (floor_of(floor)?, weights_of(weights)?);
+        let time_scale = TimeScale::from_str(time_scale)
+            .map_err(|expected| invalid(format!("time_scale: {expected}, got {time_scale}")))?;
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
             scene.animations.truncate(1);
@@ -77,6 +81,7 @@ impl Robot {
                 .velocity_limits(velocity_limits)
                 .passes(passes)
                 .floor(floor)
+                .time_scale(time_scale)
                 .robot_weights(weights.robot)
                 .foot_lock_weights(weights.foot_lock)
                 .source_bones(bones)

@@ -422,7 +422,7 @@ export interface RobotMotion {
   positions: Float64Array;
 }
 
-export interface RobotStreamOptions extends RobotTargetOptions {
+export interface RobotStreamOptions extends Omit<RobotTargetOptions, "timeScale"> {
   /** Poses per second. Default: the rate of the first animation. */
   fps?: number;
   /** Bones of the motion. */

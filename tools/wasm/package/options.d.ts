@@ -124,6 +124,11 @@ export interface RobotTargetOptions {
    * second pass moves joints smoothly and without jumps, within the velocity limits of the robot's file. Default: 2.
    */
   passes?: 1 | 2;
+  /**
+   * Playback speed: auto slows a motion down just as far as the robot's limits of velocity and effort need, and a factor sets
+   * the speed. The frame rate does not change. Default: `"1"`.
+   */
+  timeScale?: TimeScale;
 }
 
 /** The extensions of the formats that are written. */
@@ -880,6 +885,11 @@ export interface RobotTarget {
   require?: RequiredVerdict | null;
   /** Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a factor. */
   scale?: Scale;
+  /**
+   * Playback speed: auto slows a motion down just as far as the robot's limits of velocity and effort need, and a factor sets
+   * the speed. The frame rate does not change. Default: `"1"`.
+   */
+  "time-scale"?: TimeScale;
   /** Keep joints within the velocity limits of the robot's file, also with one pass. */
   "velocity-limits"?: boolean;
 }
@@ -1180,6 +1190,9 @@ export interface SurveySources {
 
 /** A..B in seconds, or Af..Bf in frames; either end is optional. */
 export type TimeRange = `${string}..${string}`;
+
+/** auto (as slow as the limits of the robot need), or a factor of the speed above 0. */
+export type TimeScale = number | "auto" | `${number}`;
 
 /** auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */
 export type Unit = number | "auto" | "m" | "dm" | "cmu" | "inch" | "cm" | "mm";

@@ -59,6 +59,11 @@ impl StreamOptions {
         if !matches!(passes, 1 | 2) {
             return Err(Failure::argument(format!("passes must be 1 or 2, got {passes}")));
         }
+        if self.robot.time_scale != options.time_scale {
+            return Err(Failure::argument(
+                "a stream is as fast as its poses: leave out timeScale",
+            ));
+        }
         let bones = Humanoid::of(source).with_map(source, self.own.bones.clone())?;
         Ok(options
             .passes(passes)

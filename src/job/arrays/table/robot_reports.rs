@@ -101,6 +101,11 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("frames", counts(&|report| report.frames)),
         ("fps", numbers(&|report| Some(report.fps))),
         ("scale", numbers(&|report| Some(report.scale))),
+        ("time_scale", numbers(&|report| Some(report.time_scale))),
+        (
+            "slowed_by",
+            texts(&|report| report.slowed_by.clone().unwrap_or_default()),
+        ),
         ("mean_degrees", numbers(&|report| Some(report.mean_degrees))),
         ("limbs", limbs),
         ("clamped", clamped),

@@ -35,7 +35,7 @@ fn a_wrong_job_says_where() {
         (
             r#"{"target": {"robot": {"file": "h1.urdf", "max-angle": 3}}}"#,
             "the job: target.robot.max-angle: a motion job has no max-angle in target.robot, but file, map, scale, feet, \
-             names-of-clips, passes, velocity-limits, floor, require",
+             names-of-clips, passes, velocity-limits, floor, time-scale, require",
         ),
         (
             r#"{"target": {"skeleton": {"file": "a.bvh", "velocity-limits": true}}}"#,

@@ -61,15 +61,21 @@ impl RobotRetargeter {
         let mut motion = motion.clone();
         motion.keep_first(frames);
         motion.contacts = self.contacts_of(source, &animation);
-        let moved = self.retargeter.animation(source, &animation);
-        let mut goals = Vec::new();
-        self.follow(&moved, &animation, motion.contacts.clone(), &mut goals);
-        let rotations = SourceRotations::new(source, &animation, &self.source_bones);
-        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps);
-        let mut report = self.report(source, &animation, &motion, (&goals, &steps));
+        let mut report = self.report_of(source, &animation, &motion);
         report.passes = 0;
-        report.scores = self.scores(source, &animation, &motion, &report);
         Ok(report)
+    }
+
+    /// The report of a motion with as many frames as an animation of `source`, and with its scores.
+    pub(super) fn report_of(&mut self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> RobotReport {
+        let moved = self.retargeter.animation(source, animation);
+        let mut goals = Vec::new();
+        self.follow(&moved, animation, motion.contacts.clone(), &mut goals);
+        let rotations = SourceRotations::new(source, animation, &self.source_bones);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps);
+        let mut report = self.report(source, animation, motion, (&goals, &steps));
+        report.scores = self.scores(source, animation, motion, &report);
+        report
     }
 
     /// The scores of a motion with this report; `None` for a robot without legs, whose base is fixed.

@@ -25,6 +25,7 @@ mod robot_kinds;
 mod robot_passes;
 mod robot_scores;
 mod robot_stream;
+mod robot_time_scale;
 mod robot_to_robot;
 mod robot_verdict;
 mod robot_walk;

@@ -138,6 +138,7 @@ class Robot:
         velocity_limits: bool,
         passes: int,
         floor: str,
+        time_scale: str,
         map: str | None,
         bones: str | None,
         weights: str,

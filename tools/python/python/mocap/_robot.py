@@ -116,6 +116,7 @@ class Robot:
         velocity_limits: bool = False,
         passes: Literal[1, 2] = 2,
         floor: Floor = "auto",
+        time_scale: float | Literal["auto"] = 1.0,
         map: Bones | None = None,
         bones: Bones | None = None,
         weights: Weights | None = None,
@@ -132,6 +133,8 @@ class Robot:
             floor: The height of the floor. ``"auto"``: under the feet in contact, so that a slightly raised foot is
                 lowered; ``"z=0"``: height 0 of the source's file; ``"keep"``: the mean floor of the source, without a
                 change of heights.
+            time_scale: The playback speed as a factor. ``"auto"`` slows the motion down just as far as the robot's
+                limits of velocity and effort need; the report has the factor under ``time_scale``.
             map: The links of bones, to correct mocap's choice: ``{"leftFoot": "left_ankle_link"}``; ``None`` for an
                 absent bone.
             bones: The same for the joints of the source.
@@ -140,10 +143,13 @@ class Robot:
 
         Raises:
             MocapError: If the source or the robot is not a humanoid, or if a name is unknown.
-            ValueError: If ``passes`` is neither 1 nor 2, or ``floor`` is unknown.
+            ValueError: If ``passes`` is neither 1 nor 2, ``floor`` is unknown, or ``time_scale`` is not above 0.
         """
         names = (names_of(map), names_of(bones), as_json(weights_of(weights)))
-        arrays, report, clip = self._native.retarget(native_of(source), fps, _locks(feet), velocity_limits, passes, floor, *names)
+        speed = (floor, str(time_scale))
+        arrays, report, clip = self._native.retarget(
+            native_of(source), fps, _locks(feet), velocity_limits, passes, *speed, *names
+        )
         return RobotMotion(dof_names=self.dof_names, report=parsed(report), _clip=clip, **arrays)
 
     @public

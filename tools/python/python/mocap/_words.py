@@ -108,5 +108,6 @@ DASHED = (
     "still-acceleration",
     "still-speed",
     "t-pose-first",
+    "time-scale",
     "velocity-limits",
 )

@@ -45,6 +45,8 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("target.robot.passes", "1", ""),
     ("target.robot.scale", r#""none""#, ""),
     ("target.robot.scale", "0.5", ""),
+    ("target.robot.time-scale", r#""auto""#, ""),
+    ("target.robot.time-scale", "0.5", ""),
     ("target.skeleton.file", r#""human.gltf""#, ""),
     ("target.skeleton.file", r#""run.bvh""#, ""),
     ("target.skeleton.map", r#"{"head": null}"#, ""),
