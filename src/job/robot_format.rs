@@ -43,6 +43,8 @@ pub enum RobotFormat {
     MimicKit,
     /// The pickle that TWIST loads: GMR's pickle with the positions of links
     Twist,
+    /// The pickle that ASAP and PBHC load: motions by name
+    Asap,
     /// JSON of the four-legged robot MAX: base and joints, leg by leg
     Max,
     /// NumPy arrays of the inverse dynamics, with MuJoCo's names: qpos, qvel, qacc and qfrc_inverse
@@ -51,7 +53,7 @@ pub enum RobotFormat {
 
 impl RobotFormat {
     /// All formats.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Npz,
         Self::Pkl,
         Self::Csv,
@@ -64,6 +66,7 @@ impl RobotFormat {
         Self::ProtoMotions,
         Self::MimicKit,
         Self::Twist,
+        Self::Asap,
         Self::Max,
         Self::Dynamics,
     ];
@@ -71,7 +74,7 @@ impl RobotFormat {
     /// The extension of its files.
     pub const fn extension(self) -> &'static str {
         match self {
-            Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist => "pkl",
+            Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist | Self::Asap => "pkl",
             Self::Csv | Self::UnitreeCsv => "csv",
             Self::Max => "json",
             _ => "npz",
@@ -91,6 +94,7 @@ impl RobotFormat {
             Self::ProtoMotions => "protomotions",
             Self::MimicKit => "mimickit",
             Self::Twist => "twist",
+            Self::Asap => "asap",
             Self::Max => "max",
             Self::Dynamics => "dynamics",
         }
@@ -149,6 +153,7 @@ impl RobotFormat {
             Self::Max => Export::from(trainers::for_max(motion, robot)?.into_bytes()),
             Self::MimicKit => Export::from(trainers::for_mimic_kit(motion, &metadata)),
             Self::Twist => Export::from(trainers::for_twist(motion, robot, &metadata)),
+            Self::Asap => Export::from(trainers::for_asap(motion, robot, &metadata)?),
             _ => Export::from(self.archive(motion, robot, &metadata)?),
         })
     }

@@ -26,7 +26,7 @@ NEAR, NEAR_SPEED = 2e-5, 5e-3
 
 
 def written(urdf, to, folder, *more):
-    path = folder / f"{to}.{'csv' if 'csv' in to else 'pkl' if to in ('gmr', 'mimickit', 'twist') else 'npz'}"
+    path = folder / f"{to}.{'csv' if 'csv' in to else 'pkl' if to in ('gmr', 'mimickit', 'twist', 'asap') else 'npz'}"
     done = subprocess.run(
         [os.environ["MOCAP"], "robot", MOTION, "--robot", urdf, "-o", path, "--to", to, *more], capture_output=True, text=True
     )
@@ -37,6 +37,28 @@ def written(urdf, to, folder, *more):
     if path.suffix == ".pkl":
         return pickle.loads(path.read_bytes())
     return np.loadtxt(path, delimiter=",")
+
+
+def vector_poses(model, place, vectors):
+    """Where the bodies are, as the motion libraries of ASAP and PBHC pose them: by a rotation vector for each body."""
+
+    def matrix(quat):
+        found = np.empty(9)
+        mujoco.mju_quat2Mat(found, quat)
+        return found.reshape(3, 3)
+
+    places, turns = [None], [None]
+    for body in range(1, model.nbody):
+        vector, quat = vectors[body - 1].astype(float), np.empty(4)
+        mujoco.mju_axisAngle2Quat(quat, vector / max(np.linalg.norm(vector), 1e-12), np.linalg.norm(vector))
+        parent = model.body_parentid[body]
+        if parent == 0:
+            places.append(place)
+            turns.append(matrix(quat))
+            continue
+        places.append(places[parent] + turns[parent] @ model.body_pos[body])
+        turns.append(turns[parent] @ matrix(model.body_quat[body]) @ matrix(quat))
+    return np.array(places[1:])
 
 
 class Model:
@@ -127,6 +149,16 @@ def check(key, folder, problems):
         mujoco.mju_axisAngle2Quat(quat, vector / max(np.linalg.norm(vector), 1e-12), np.linalg.norm(vector))
         holds("mimickit rotation", abs(quat @ qpos[frame, 3:7]) > 1 - 1e-9)
     holds("mimickit rows", np.array_equal(rows[:, :3], qpos[:, :3]) and np.array_equal(rows[:, 6:], qpos[:, 7:]))
+    (name, made), = written(urdf, "asap", folder).items()
+    holds("asap name", name == pathlib.Path(MOTION).stem and made["fps"] == 120)
+    holds("asap joints", np.abs(made["dof"] - qpos[:, 7:]).max() < 1e-6)
+    holds("asap rotation", np.abs(made["root_rot"] - qpos[:, [4, 5, 6, 3]]).max() < 1e-6)
+    holds("asap feet", made["contact_mask"].shape == (len(qpos), 2))
+    vectors = made["pose_aa"]
+    holds("asap shape", vectors.shape == (len(qpos), len(model.bodies) + 3, 3) and vectors.dtype == np.float32)
+    for frame in range(0, len(qpos), 37):
+        places = vector_poses(model.model, made["root_trans_offset"][frame], vectors[frame])
+        holds("asap places", np.abs(places - model.poses(qpos[frame : frame + 1])[0][0]).max() < NEAR)
     made = written(urdf, "protomotions", folder)
     holds("protomotions base", np.abs(made["base_frame_pos"] - qpos[:, :3]).max() < NEAR)
     holds("protomotions rotation", np.abs(made["base_frame_wxyz"] - qpos[:, 3:7]).max() < 1e-6)
@@ -188,7 +220,7 @@ def main():
     for problem in sorted(set(problems)):
         print("FAIL", problem)
     if not problems:
-        print("gmr, twist, mimickit, protomotions, unitree-csv, mjlab, beyondmimic and isaaclab: as documented, on", ", ".join(ROBOTS))
+        print("gmr, twist, mimickit, asap, protomotions, unitree-csv, mjlab, beyondmimic and isaaclab: as documented, on", ", ".join(ROBOTS))
     sys.exit(bool(problems))
 
 

@@ -18,9 +18,9 @@ const SAME_PLACE: f64 = 1e-6;
 /// A robot with an animation of [`robot_scene`]: at rest in its T-pose, with the nodes of bones where the bones begin.
 /// A link whose bone begins elsewhere has two nodes: its bone, and the frame of the link, which has the name of the
 /// link.
-pub fn scene_of_clip(robot: &Robot, clip: Option<Animation>) -> Scene {
+pub fn scene_of_clips(robot: &Robot, clips: Vec<Animation>) -> Scene {
     let mut scene = robot_scene(robot);
-    scene.animations.extend(clip);
+    scene.animations = clips;
     if let Ok(bones) = robot_bones(robot, None)
         && let Ok(t_pose) = RobotTPose::new(robot, &bones)
     {
@@ -31,7 +31,7 @@ pub fn scene_of_clip(robot: &Robot, clip: Option<Animation>) -> Scene {
     scene
 }
 
-/// The node that moves with each link in a scene of the robot's motion: of [`scene_of_clip`] or of [`robot_scene`].
+/// The node that moves with each link in a scene of the robot's motion: of [`scene_of_clips`] or of [`robot_scene`].
 /// `None` for the scene of another body.
 pub fn nodes_of_links(robot: &Robot, scene: &Scene) -> Option<Vec<usize>> {
     let mut nodes: Vec<usize> = Vec::with_capacity(robot.links.len());

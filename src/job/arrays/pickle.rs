@@ -12,10 +12,16 @@ impl Pickle {
         // A string that is pushed and popped again. It names the writer in the file.
         pickle.text(ARRAY_MARK);
         pickle.0.push(b'0');
-        pickle.0.extend(b"}(");
-        fill(&mut pickle);
-        pickle.0.extend(b"u.");
+        pickle.entries(fill);
+        pickle.0.push(b'.');
         pickle.0
+    }
+
+    /// A dictionary inside another.
+    pub(super) fn entries(&mut self, fill: impl FnOnce(&mut Self)) {
+        self.0.extend(b"}(");
+        fill(self);
+        self.0.push(b'u');
     }
 
     pub(super) fn text(&mut self, text: &str) {

@@ -6,7 +6,7 @@ use mocap_figure::robot_bones::standing_limbs;
 use mocap_retarget::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::rotation_vector;
-use mocap_scene::scene::robot::Placement;
+use mocap_scene::scene::robot::{JointKind, Placement};
 
 use crate::arrays::pickle::Pickle;
 use crate::arrays::robot::pickle_base;
@@ -219,6 +219,60 @@ pub(crate) fn for_twist(motion: &RobotMotion, robot: &Robot, metadata: &str) -> 
         pickle.text("metadata");
         pickle.text(metadata);
     })
+}
+
+/// The input of the motion libraries of ASAP and PBHC: a dictionary with the motion by its name. `pose_aa` has the
+/// rotation vector of the base, of each joint, and of the points that the libraries add to a robot, which do not rotate.
+///
+/// # Errors
+/// [`Code::Unrepresentable`] if a joint slides.
+pub(crate) fn for_asap(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Result<Vec<u8>> {
+    /// The points that the libraries add to a robot: both hands and the head. They ignore more rows than they need.
+    const ADDED: usize = 3;
+    let joints: Vec<_> = robot
+        .moving_joints()
+        .into_iter()
+        .map(|link| &robot.links[link].joint)
+        .collect();
+    if let Some(slide) = joints.iter().find(|joint| joint.kind == JointKind::Slide) {
+        let message = "the layout asap has the rotations of joints, and a joint of the robot slides";
+        return Err(Diagnostic::new(Code::Unrepresentable, message)
+            .in_joint(slide.name.as_str())
+            .help("choose another format, such as npz")
+            .into());
+    }
+    let (frames, count) = (motion.frames(), joints.len());
+    let mut vectors = Vec::with_capacity(frames * 3 * (1 + count + ADDED));
+    for (frame, root) in motion.root.iter().enumerate() {
+        vectors.extend(rotation_vector(root.rotation).to_array());
+        for (joint, position) in joints.iter().zip(motion.dof_of(frame)) {
+            vectors.extend((*position * joint.axis).to_array());
+        }
+        vectors.extend([0.0; 3 * ADDED]);
+    }
+    let (feet, contacts) = motion.contacts_of_feet();
+    let contacts: Vec<f64> = contacts.into_iter().map(f64::from).collect();
+    Ok(Pickle::dictionary(|pickle| {
+        pickle.text(&motion.name);
+        pickle.entries(|pickle| {
+            pickle.text("fps");
+            pickle.number(motion.fps);
+            pickle.text("root_trans_offset");
+            pickle.floats(&motion.root_pos(), &[frames, 3]);
+            pickle.text("root_rot");
+            pickle.floats(&motion.root_rot(), &[frames, 4]);
+            pickle.text("dof");
+            pickle.floats(&motion.dof_pos, &[frames, count]);
+            pickle.text("pose_aa");
+            pickle.floats(&vectors, &[frames, 1 + count + ADDED, 3]);
+            pickle.text("contact_mask");
+            pickle.floats(&contacts, &[frames, feet]);
+            pickle.text("dof_names");
+            pickle.texts(&motion.dof_names);
+            pickle.text("metadata");
+            pickle.text(metadata);
+        });
+    }))
 }
 
 /// The input of MimicKit: rows with the position of the base, its rotation as an axis-angle vector, and the joints. The

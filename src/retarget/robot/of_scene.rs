@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DQuat, DVec3};
 use mocap_edit::contacts_of;
 use mocap_figure::Figure;
-use mocap_figure::robot_bones::moving::{nodes_of_links, scene_of_clip};
+use mocap_figure::robot_bones::moving::{nodes_of_links, scene_of_clips};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotJoint};
@@ -24,6 +24,35 @@ const OFF_AXIS: f64 = 1e-3;
 const SAME_REST: f32 = 1e-4;
 
 impl RobotMotion {
+    /// The motion in a scene that was read from arrays of the robot's joints, with the robot as its body.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::Importer;
+    /// use mocap::retarget::robot::RobotMotion;
+    ///
+    /// let g1 = "fixtures/robots/g1_29dof_rev_1_0.urdf";
+    /// let scene = Importer::new().body(g1).import("fixtures/arrays/asap_joblib.pkl")?;
+    /// let motion = RobotMotion::of_arrays(&Importer::new().import_robot(g1)?, &scene)?;
+    /// assert_eq!((motion.name.as_str(), motion.dof_names.len()), ("asap_joblib", 29));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] if the scene is from another kind of file. [`Code::NoMotion`] if it has no motion.
+    /// [`Code::Unrepresentable`] if it has the motion of another robot.
+    pub fn of_arrays(robot: &Robot, scene: &Scene) -> Result<Self> {
+        if scene.metadata.up != Some(UpAxis::Z) {
+            let message = "the file has no arrays of a robot's joints, which are compared with the reference";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        let mut motion = Self::of_scene(robot, scene)?;
+        if let Some(origin) = &scene.metadata.origin {
+            origin.stem().clone_into(&mut motion.name);
+        }
+        Ok(motion)
+    }
+
     /// The motion of a robot whose links are the nodes of `scene`, as written by the reader of robot joints.
     ///
     /// # Errors
@@ -43,7 +72,7 @@ impl RobotMotion {
 
     /// The motion of a scene in metres in which `robot` itself moves; `None` if another body moves.
     pub(super) fn of_same_robot(robot: &Robot, scene: &Scene, animation: &Animation) -> Option<Self> {
-        let own = scene_of_clip(robot, None);
+        let own = scene_of_clips(robot, Vec::new());
         if own.nodes.len() != scene.nodes.len() {
             return None;
         }

@@ -148,6 +148,7 @@ export type RobotFormatName =
   | "protomotions"
   | "mimickit"
   | "twist"
+  | "asap"
   | "max"
   | "dynamics";
 

@@ -36,8 +36,10 @@ pub(super) fn scene(
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
-    let only = entries.of_only(robot::OFFSETS);
-    let entries = only.as_ref().unwrap_or(entries);
+    let motions = entries.of_each(robot::OFFSETS);
+    if !motions.is_empty() {
+        return robot::scene(&motions, options, format);
+    }
     let reader = Reader { entries, options };
     let has_lengths = own::is_own(entries) || entries.get("posed_joints").is_some() || mhr::is_motion(entries);
     if has_lengths && options.body.is_some() {
@@ -49,7 +51,7 @@ pub(super) fn scene(
     let motion = match () {
         () if entries.get("posed_joints").is_some() => kimodo::motion(&reader)?,
         () if mhr::is_motion(entries) => return mhr::scene(&reader, format, warnings),
-        () if robot::is_motion(entries) => return robot::scene(&reader, format),
+        () if robot::is_motion(entries) => return robot::scene(&[("", entries.clone())], options, format),
         () if smpl::is_poses(entries) => smpl::of_poses(&reader)?,
         () => match smpl::dictionary(entries) {
             Some(prefix) => smpl::of_dictionary(&reader, &prefix)?,

@@ -280,7 +280,7 @@ pub fn half(bits: u16) -> f64 {
 }
 
 /// The arrays of a file, with their names. The array of an `.npy` has none.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Entries<'a> {
     pub(super) arrays: Vec<(String, NdArray<'a>)>,
     /// Whether there are more arrays than listed.
@@ -297,21 +297,31 @@ impl<'a> Entries<'a> {
         names.iter().find_map(|name| self.get(name))
     }
 
-    /// The arrays of the only motion in a file that prefixes them with its name, such as `NAME.dof`; `None` if no
-    /// motion or several have `inner`.
-    pub(super) fn of_only(&self, inner: &str) -> Option<Self> {
-        let mut outer = self.arrays.iter().filter_map(|(name, _)| name.strip_suffix(inner));
-        let prefix = outer
-            .next()
-            .filter(|prefix| prefix.ends_with('.') && outer.next().is_none())?;
-        let arrays = self.arrays.iter().filter_map(|(name, array)| {
-            let name = name.strip_prefix(prefix)?;
-            Some((name.to_owned(), array.clone()))
-        });
-        Some(Self {
-            arrays: arrays.collect(),
-            is_cut: self.is_cut,
-        })
+    /// The arrays of each dictionary that has the array `inner`, with the name of the dictionary.
+    pub(super) fn of_each(&self, inner: &str) -> Vec<(&str, Self)> {
+        let names = self.arrays.iter().map(|(name, _)| name.as_str());
+        let prefixes = names.filter_map(|name| name.strip_suffix(inner));
+        let mut rest = &self.arrays[..];
+        let mut of_dictionary = |prefix: &str| {
+            let is_own = |(name, _): &&(String, NdArray<'a>)| name.starts_with(prefix);
+            rest = rest
+                .iter()
+                .position(|array| is_own(&array))
+                .map_or(&[], |begin| &rest[begin..]);
+            let (own, after) = rest.split_at(rest.iter().take_while(is_own).count());
+            rest = after;
+            let arrays = own
+                .iter()
+                .map(|(name, array)| (name[prefix.len()..].to_owned(), array.clone()));
+            Self {
+                arrays: arrays.collect(),
+                is_cut: self.is_cut,
+            }
+        };
+        let dictionaries = prefixes.filter_map(|prefix| Some((prefix.strip_suffix('.')?, prefix)));
+        dictionaries
+            .map(|(name, prefix)| (name, of_dictionary(prefix)))
+            .collect()
     }
 
     /// The names and the shapes, for errors.

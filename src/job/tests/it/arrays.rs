@@ -1,6 +1,7 @@
 //! Tests of arrays against separate kinematics, closed forms, and facts in the files.
 
 mod converted;
+mod joblib;
 mod robot;
 
 use std::fs;

@@ -9,7 +9,7 @@ use mocap::retarget::robot::report::RobotReport;
 use mocap::retarget::robot::{Robot, RobotMotion};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Binding, Pose};
-use mocap_figure::robot_bones::moving::scene_of_clip;
+use mocap_figure::robot_bones::moving::scene_of_clips;
 
 use crate::robot_walk::points;
 
@@ -145,7 +145,7 @@ fn legs_of_a_robot_are_front_and_hind_by_its_axes() {
 fn a_motion_of_the_same_robot_stays() {
     let robot = robot(BOTH, 9.0);
     let (motion, _) = on(&robot);
-    let mut scene = scene_of_clip(&robot, Some(motion.to_animation(&robot)));
+    let mut scene = scene_of_clips(&robot, vec![motion.to_animation(&robot)]);
     mocap::Conversion::new().apply(&mut scene).unwrap();
     let (again, report) = of(scene, &robot);
     for (own, found) in motion.dof_pos.iter().zip(&again.dof_pos) {

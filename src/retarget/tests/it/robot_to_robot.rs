@@ -4,7 +4,7 @@ use mocap::glam::{DQuat, DVec3};
 use mocap::retarget::robot::{Robot, RobotMotion};
 use mocap::scene::{Animation, HumanoidBone as Bone};
 use mocap::{Binding, Importer, Pose, Scene};
-use mocap_figure::robot_bones::moving::scene_of_clip;
+use mocap_figure::robot_bones::moving::scene_of_clips;
 use mocap_figure::robot_bones::robot_bones;
 
 use crate::robot_scores::links;
@@ -18,7 +18,7 @@ pub(crate) fn robot(name: &str) -> Robot {
 
 /// The motion as a source in metres with +Y up.
 pub(crate) fn source(robot: &Robot, motion: &RobotMotion) -> Scene {
-    let mut scene = scene_of_clip(robot, Some(motion.to_animation(robot)));
+    let mut scene = scene_of_clips(robot, vec![motion.to_animation(robot)]);
     mocap::Conversion::new().apply(&mut scene).unwrap();
     scene
 }
@@ -78,7 +78,7 @@ fn links_stand_at_their_frames() {
     for name in ["g1_29dof_rev_1_0.urdf", "h1.urdf"] {
         let robot = robot(name);
         let (motion, _) = on(&robot, &walk());
-        let scene = scene_of_clip(&robot, Some(motion.to_animation(&robot)));
+        let scene = scene_of_clips(&robot, vec![motion.to_animation(&robot)]);
         assert!(
             scene.nodes.len() > robot.links.len(),
             "{name}: no bone begins elsewhere"

@@ -33,6 +33,7 @@ RobotFormat = Literal[
     "protomotions",
     "mimickit",
     "twist",
+    "asap",
     "max",
     "dynamics",
 ]

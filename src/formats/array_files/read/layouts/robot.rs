@@ -2,7 +2,7 @@
 //! body option names the robot.
 
 use glam::{DQuat, DVec3};
-use mocap_figure::robot_bones::moving::scene_of_clip;
+use mocap_figure::robot_bones::moving::scene_of_clips;
 use mocap_figure::robot_clip;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::robot::{JointKind, Placement, Robot};
@@ -10,10 +10,10 @@ use mocap_scene::scene::{Format, Scene};
 
 use super::plausible::check_radians;
 use super::{Reader, TABLE, refused};
-use crate::Failure;
 use crate::array_files::read::body::Body;
 use crate::array_files::read::motion::Motion;
 use crate::array_files::read::ndarray::{Entries, NdArray};
+use crate::{Failure, ReadOptions};
 
 /// The rate in Hz if the arrays state none, as in motions for Unitree's robots.
 const USUAL_RATE: f64 = 30.0;
@@ -29,7 +29,7 @@ struct Layout {
     of_links: bool,
 }
 
-/// The position of the base in ASAP and PBHC, whose motions are in a dictionary by name.
+/// The position of the base in ASAP and PBHC, whose files have a dictionary for each motion, by its name.
 pub(super) const OFFSETS: &str = "root_trans_offset";
 
 const LAYOUTS: &[Layout] = &[
@@ -126,21 +126,34 @@ pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
     ROWS.iter().any(|rows| has_numbers(rows.name)) || LAYOUTS.iter().any(|layout| has(layout.joints))
 }
 
-/// The robot of the body option, in this motion.
-pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Failure> {
-    let Some(Body::Robot(robot, _)) = reader.options.body.as_deref() else {
+/// The robot of the body option, in these motions, each with its name.
+pub(super) fn scene(motions: &[(&str, Entries<'_>)], options: &ReadOptions, format: Format) -> Result<Scene, Failure> {
+    let Some(Body::Robot(robot, _)) = options.body.as_deref() else {
         let message = "the arrays are a robot motion, but do not state which robot";
         return Err(Box::new(
-            refused(message, reader.entries).help("name the robot, a .urdf or an MJCF .xml: {body} robot.urdf"),
+            refused(message, &motions[0].1).help("name the robot, a .urdf or an MJCF .xml: {body} robot.urdf"),
         ));
     };
-    let mut motion = Motion::default();
-    reader.frame_rate(USUAL_RATE, &mut motion)?;
-    let (root, positions) = positions(reader, robot)?;
-    let clip = robot_clip(robot, "", motion.frame_rate, &root, &positions);
-    let mut scene = scene_of_clip(robot, Some(clip));
+    let mut clips = Vec::with_capacity(motions.len());
+    let mut assumptions = Vec::new();
+    for (name, entries) in motions {
+        let reader = Reader { entries, options };
+        let mut motion = Motion::default();
+        let read = reader
+            .frame_rate(USUAL_RATE, &mut motion)
+            .and_then(|()| positions(&reader, robot));
+        let (root, positions) = read.map_err(|mut failure| {
+            if motions.len() > 1 {
+                failure.message = format!("{}, in the motion {name}", failure.message);
+            }
+            failure
+        })?;
+        clips.push(robot_clip(robot, name, motion.frame_rate, &root, &positions));
+        assumptions = motion.assumptions;
+    }
+    let mut scene = scene_of_clips(robot, clips);
     scene.metadata.format = Some(format);
-    scene.metadata.assumptions = std::mem::take(&mut motion.assumptions);
+    scene.metadata.assumptions = assumptions;
     Ok(scene)
 }
 

@@ -23,6 +23,7 @@ pub(super) fn global<'a>(module: &str, name: &str) -> Result<Object<'a>, Failure
         "ndarray" | "dtype" | "frombuffer" | "array" | "reshape" => module == "numpy",
         "encode" => module == "_codecs",
         "OrderedDict" => module == "collections",
+        "NumpyArrayWrapper" => module == "joblib.numpy_pickle",
         "_rebuild_tensor_v2" | "_rebuild_parameter" => module == "torch._utils",
         "Size" => module == "torch",
         name if RECORDS.contains(&name) => module.starts_with("scipy.sparse"),
@@ -80,7 +81,7 @@ pub(super) fn call<'a>(
     let wrong = || format!("the arguments of {name} are not valid");
     let name = &**name;
     match name {
-        "_reconstruct" => Ok(Object::NewArray),
+        "_reconstruct" | "NumpyArrayWrapper" => Ok(Object::NewArray),
         "OrderedDict" => Ok(Object::Dict(Vec::new())),
         "Size" => Ok(Object::Record(Some(*arguments.first().ok_or_else(wrong)?))),
         "dtype" => {
@@ -208,6 +209,46 @@ fn tensor<'a>(objects: &Objects<'a>, arguments: &[Id]) -> Option<Built<'a>> {
     };
     let checked = array.check("of the pickle").map_err(|failure| failure.message.clone());
     Some(checked.map(|()| Object::Array(Box::new(array))))
+}
+
+/// The description of an array whose bytes follow in the file, as joblib writes it.
+pub(super) struct RawArray {
+    kind: (Kind, bool),
+    shape: Vec<usize>,
+    is_fortran: bool,
+    /// Whether the length of a gap and the gap are before the bytes.
+    pub(super) has_gap: bool,
+}
+
+impl RawArray {
+    /// `None` if the object is no array, or the state is not joblib's.
+    pub(super) fn of(objects: &Objects<'_>, object: Id, state: Id) -> Option<Self> {
+        let (Object::NewArray, Object::Dict(state)) = (&objects[object], &objects[state]) else {
+            return None;
+        };
+        let value = |name: &str| state.iter().find(|(key, _)| objects.text(*key) == Some(name));
+        let Object::Dtype(kind, big_endian) = &objects[value("dtype")?.1] else {
+            return None;
+        };
+        Some(Self {
+            kind: ((*kind)?, *big_endian),
+            shape: sizes(objects, value("shape")?.1)?,
+            is_fortran: objects.text(value("order")?.1) == Some("F"),
+            has_gap: value("numpy_array_alignment_bytes").is_some_and(|(_, bytes)| objects.number(*bytes).is_some()),
+        })
+    }
+
+    /// The number of its bytes.
+    pub(super) fn size(&self) -> usize {
+        self.shape
+            .iter()
+            .fold(self.kind.0.size(), |size, count| size.saturating_mul(*count))
+    }
+
+    /// The array with these bytes.
+    pub(super) fn with<'a>(self, bytes: &'a [u8]) -> Result<Object<'a>, String> {
+        of_bytes(self.kind, self.shape, self.is_fortran, &Bytes::File(bytes))
+    }
 }
 
 /// The object with its state; `None` if the state has nothing that is needed.

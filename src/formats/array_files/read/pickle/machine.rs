@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use mocap_scene::error::{Code, Diagnostic};
 
 use super::super::ndarray::Bytes;
+use super::build::{self, RawArray};
 use super::objects::{Id, Object, Objects};
-use super::{Pickle, Storages, broken, build};
+use super::{Pickle, Storages, broken};
 use crate::Failure;
 
 const TOO_MANY: &str = "it has too many objects";
@@ -230,7 +231,15 @@ impl<'s, 'a> Machine<'s, 'a> {
             b'b' => {
                 let state = self.pop()?;
                 let object = self.last()?;
-                let built = build::set_state(&self.objects, object, state);
+                let built = match RawArray::of(&self.objects, object, state) {
+                    Some(array) => {
+                        let gap = if array.has_gap { self.byte()? } else { 0 };
+                        self.take(usize::from(gap))?;
+                        let bytes = self.take(array.size())?;
+                        array.with(bytes).map(Some)
+                    }
+                    None => build::set_state(&self.objects, object, state),
+                };
                 let built = built.map_err(|message| broken(self.at, &message))?;
                 if let Some(built) = built {
                     self.objects[object] = built;

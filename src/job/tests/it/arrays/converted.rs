@@ -152,6 +152,7 @@ fn the_joints_of_a_robot_go_from_layout_to_layout() {
         ("gmr", "g.pkl"),
         ("twist", "t.pkl"),
         ("mimickit", "m.pkl"),
+        ("asap", "a.pkl"),
         ("unitree-csv", "u.csv"),
         ("csv", "c.csv"),
     ] {
