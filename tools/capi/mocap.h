@@ -806,8 +806,24 @@ char *mocap_verify(const char *source,
                    const char *output);
 
 /*
- Frees a string that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
- allowed.
+ Scores a motion of a robot against its reference, as `mocap score` does. `motion` has arrays of the robot's joints,
+ from any program. `robot` is the URDF or MJCF file of the robot. `body` is the robot of the reference, or NULL if a
+ person moves in it.
+
+ Returns the report as JSON, with `scores` and `verdict`. Free the text with `mocap_text_free`. NULL if the files
+ cannot be compared.
+
+ # Safety
+ `reference`, `motion` and `robot` are strings that end with a zero byte. `body` is such a string or NULL.
+ */
+char *mocap_score(const char *reference,
+                  const char *motion,
+                  const char *robot,
+                  const char *body);
+
+/*
+ Frees a string that `mocap_run`, `mocap_verify`, `mocap_score`, `mocap_report` or `mocap_robot_stream_report` has
+ returned. NULL is allowed.
 
  # Safety
  `text` comes from one of these functions, and was not freed before.

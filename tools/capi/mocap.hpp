@@ -519,6 +519,16 @@ inline std::string verify(const std::string &source, const std::string &output)
     return report.get();
 }
 
+/// Scores a motion of a robot against its reference; see `mocap_score`. `body` is the robot of the reference, if a robot
+/// moves in it. Returns the report as JSON.
+inline std::string score(const std::string &reference, const std::string &motion, const std::string &robot,
+                         const std::string &body = {})
+{
+    char *found = mocap_score(reference.c_str(), motion.c_str(), robot.c_str(), body.empty() ? nullptr : body.c_str());
+    const std::unique_ptr<char, detail::Close> report(detail::opened(found));
+    return report.get();
+}
+
 /// Throws if the loaded library has another interface version than the header of the program.
 inline void check_interface()
 {

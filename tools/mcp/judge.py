@@ -15,7 +15,7 @@ from mcp import Client, StdioServerParameters
 FIXTURES = Path(__file__).resolve().parents[2] / "fixtures"
 TOOLS = (
     "list inspect skeleton check survey index find match graph walk "
-    "convert retarget robot edit clean sheet verify run read"
+    "convert retarget robot edit clean sheet verify score run read"
 ).split()
 
 # Calls of every tool: its name, arguments, and what must be in the answer.

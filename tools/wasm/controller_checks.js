@@ -35,6 +35,19 @@ export function controllerChecks(check, { mocap, made, kept, real, filesOf, writ
     assert.ok(Math.abs(gone[0] - gone[1]) < 0.05, `${gone}`);
   });
 
+  check("controller", "a motion of a robot is scored against its reference", () => {
+    const walk = read("cmu_short.bvh");
+    const robot = kept(mocap.readCharacter(filesOf(real("../robots/h1.urdf"))));
+    const moved = kept(walk.retarget(robot, { passes: 1 }));
+    const [own, found] = [moved.reports[0], walk.score(moved, robot)];
+    assert.ok(Math.abs(found.scores.mpbpe_local - own.scores.mpbpe_local) < 1e-6, JSON.stringify(found.scores));
+    assert.throws(() => walk.score(walk, robot), /no arrays of a robot's joints/);
+    assert.throws(() => walk.score(moved, walk), /readCharacter/);
+    const slow = kept(walk.retarget(robot, { passes: 1, timeScale: 0.5 }));
+    assert.equal(slow.robotMotion().frames, 2 * moved.robotMotion().frames - 1);
+    assert.throws(() => walk.robotStream(robot, { timeScale: "auto" }), /leave out timeScale/);
+  });
+
   check("controller", "a robot follows poses that come, and has a report", () => {
     const walk = read("cmu_short.bvh");
     const robot = kept(mocap.readCharacter(filesOf(real("../robots/h1.urdf"))));

@@ -175,6 +175,15 @@ pub(super) fn verified() -> Value {
     object(1, properties)
 }
 
+pub(super) fn scored() -> Value {
+    let properties = [
+        ("verdict", json!({"enum": ["good", "fair", "poor"]})),
+        ("scores", any_object()),
+        ("criteria", any_list()),
+    ];
+    object(1, properties)
+}
+
 /// A job has the answer of the tool for its kind.
 pub(super) fn run() -> Value {
     object(0, [("output", text()), ("files", any_list()), ("problem", text())])

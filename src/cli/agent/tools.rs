@@ -300,6 +300,19 @@ pub const TOOLS: &[Tool] = &[
         answer: answers::verified,
     },
     Tool {
+        name: "score",
+        about: "Score a robot's motion, from any program, against its reference motion: position errors, foot sliding, \
+                penetration, self-collision, jerk, limits; and a verdict",
+        files: &[
+            input("source", "The reference: a motion of a person, or of the robot in body"),
+            input("result", "The robot's motion that follows the reference"),
+            option("robot", true, "The robot that moves: .urdf, or .xml of MuJoCo"),
+            option("body", false, "The robot of the reference, if a robot moves in it"),
+        ],
+        options: &["unit", "up", "map", "from"],
+        answer: answers::scored,
+    },
+    Tool {
         name: "run",
         about: "Run a job, which has every option",
         files: &[],

@@ -6,7 +6,6 @@ use mocap::job::BoneMap;
 use mocap::retarget::robot::RobotMotion;
 use mocap::retarget::robot::report::RobotReport;
 use mocap::retarget::{RetargetOptions, Retargeter};
-use mocap::scene::UpAxis;
 use mocap::{Importer, Scene};
 use serde::Serialize;
 
@@ -34,13 +33,7 @@ pub(crate) fn run(args: &ScoreArgs) -> Result<(), Failure> {
     let robot = Importer::new().import_robot(&args.robot)?;
     report::warnings(Some(&args.robot), &robot.warnings);
     let scene = streams::import(&Importer::new().body(&args.robot), &args.output)?;
-    if scene.metadata.up != Some(UpAxis::Z) {
-        let message = "the file has no arrays of a robot's joints, which the command compares with the reference";
-        return Err(Failure::Usage(format!("{}: {message}", args.output.display())));
-    }
-    let mut motion = RobotMotion::of_scene(&robot, &scene).map_err(|error| error.with_path(&args.output))?;
-    let name = args.output.file_stem().unwrap_or(args.output.as_os_str());
-    motion.name = name.to_string_lossy().into_owned();
+    let motion = RobotMotion::of_arrays(&robot, &scene).map_err(|error| error.with_path(&args.output))?;
     let mut reference: Scene = import_motion(&args.read, &args.source)?;
     report::warnings(Some(&args.source), &args.space.contradictions(&reference));
     args.space.state(&mut reference);

@@ -55,7 +55,7 @@ pub use crate::robot_stream::{
     mocap_robot_stream_joint_name, mocap_robot_stream_new, mocap_robot_stream_pull, mocap_robot_stream_push,
     mocap_robot_stream_report,
 };
-pub use crate::run::{mocap_run, mocap_text_free, mocap_verify};
+pub use crate::run::{mocap_run, mocap_score, mocap_text_free, mocap_verify};
 pub use crate::table::{
     Table, mocap_report, mocap_table_column_count, mocap_table_free, mocap_table_name, mocap_table_new,
     mocap_table_rate, mocap_table_row_count, mocap_table_unit, mocap_table_values,

@@ -3,7 +3,10 @@
 use std::ffi::{CString, c_char};
 use std::ptr;
 
+use mocap::Importer;
 use mocap::job::Job;
+use mocap::retarget::robot::RobotMotion;
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::verify::Verifier;
 
 use crate::border::{Failure, guard};
@@ -54,8 +57,49 @@ pub unsafe extern "C" fn mocap_verify(source: *const c_char, output: *const c_ch
     })
 }
 
-/// Frees a string that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
-/// allowed.
+/// Scores a motion of a robot against its reference, as `mocap score` does. `motion` has arrays of the robot's joints,
+/// from any program. `robot` is the URDF or MJCF file of the robot. `body` is the robot of the reference, or NULL if a
+/// person moves in it.
+///
+/// Returns the report as JSON, with `scores` and `verdict`. Free the text with `mocap_text_free`. NULL if the files
+/// cannot be compared.
+///
+/// # Safety
+/// `reference`, `motion` and `robot` are strings that end with a zero byte. `body` is such a string or NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_score(
+    reference: *const c_char,
+    motion: *const c_char,
+    robot: *const c_char,
+    body: *const c_char,
+) -> *mut c_char {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller passes strings with a zero byte at their end.
+        let (reference, motion, robot_file) = unsafe {
+            (
+                text(reference, "reference")?,
+                text(motion, "motion")?,
+                text(robot, "robot")?,
+            )
+        };
+        let robot_file = path_from(robot_file)?;
+        let robot = Importer::new().import_robot(robot_file)?;
+        let moved = Importer::new().body(robot_file).import(path_from(motion)?)?;
+        let motion = RobotMotion::of_arrays(&robot, &moved)?;
+        let mut importer = Importer::new();
+        if !body.is_null() {
+            // SAFETY: the caller passes a string with a zero byte at its end.
+            importer = importer.body(path_from(unsafe { text(body, "body") }?)?);
+        }
+        let reference = importer.import(path_from(reference)?)?;
+        let found = Retargeter::onto(robot, RetargetOptions::new())?.judge(reference, &motion)?;
+        let report = serde_json::to_string(&found).unwrap_or_default();
+        Ok(CString::new(report).unwrap_or_default().into_raw())
+    })
+}
+
+/// Frees a string that `mocap_run`, `mocap_verify`, `mocap_score`, `mocap_report` or `mocap_robot_stream_report` has
+/// returned. NULL is allowed.
 ///
 /// # Safety
 /// `text` comes from one of these functions, and was not freed before.

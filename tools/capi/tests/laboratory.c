@@ -57,6 +57,7 @@ static void look(const char *path, const char *output)
     mocap_text_free(verified);
     check(mocap_verify(path, "no such file") == NULL && strstr(mocap_error_text(), "no such file") != NULL, "no file");
     check(mocap_verify(NULL, output) == NULL && strstr(mocap_error_text(), "source") != NULL, "no source");
+    check(mocap_score(path, output, path, NULL) == NULL && strstr(mocap_error_text(), "robot") != NULL, "no robot");
 }
 
 int main(int count, char **arguments)

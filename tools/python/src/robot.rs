@@ -99,6 +99,19 @@ impl Robot {
         Ok((arrays, report, RobotClip { retargeting }))
     }
 
+    /// Scores a motion of the robot, in a scene that was read with it as the body, against its reference. Returns the
+    /// report as JSON.
+    fn score(&self, py: Python<'_>, reference: &Scene, motion: &Scene, bones: Option<&str>) -> PyResult<String> {
+        let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
+        let found = py.detach(|| {
+            let motion = RobotMotion::of_arrays(&self.robot, motion.scene())?;
+            let options = RetargetOptions::new().source_bones(bones);
+            let judge = Retargeter::onto(Target::Robot(Arc::clone(&self.robot)), options)?;
+            judge.judge(reference.scene().clone(), &motion)
+        });
+        json(&found.map_err(|error| to_python(py, &error))?)
+    }
+
     /// Begins a stream of poses of a scene at `fps` poses per second; `map` and `bones` as for `retarget`.
     #[expect(clippy::too_many_arguments, reason = "the options by name, as Python gives them")]
     fn stream(

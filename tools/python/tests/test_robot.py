@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -38,6 +39,35 @@ def test_two_passes_are_smoother_than_one() -> None:
     assert np.percentile(np.abs(two), 99) < 0.5 * np.percentile(np.abs(one), 99)
     with pytest.raises(ValueError, match="1 or 2, got 3"):
         robot.retarget(walk, passes=3)  # type: ignore[arg-type]
+
+
+def test_a_slow_robot_gets_a_slower_motion(tmp_path: Path) -> None:
+    slow = tmp_path / "slow.urdf"
+    text = ROBOT.read_text()
+    limits = {float(value) for value in re.findall(r'velocity="([^"]+)"', text)}
+    slow.write_text(re.sub(r'velocity="[^"]+"', 'velocity="1.5"', text))
+    assert min(limits) > 1.5
+    walk = FIXTURES / "real" / "cmu_12_01_walk.bvh"
+    motion = mocap.Robot(slow).retarget(walk, fps=30, time_scale="auto")
+    assert np.abs(np.diff(motion.dof_pos, axis=0)).max() * 30 <= 1.5
+    scale = motion.report["time_scale"]
+    assert 0.1 < scale < 0.9 and motion.report["slowed_by"] in motion.dof_names
+    half = mocap.Robot(ROBOT).retarget(walk, fps=30, time_scale=0.5)
+    assert len(half.qpos) == 2 * len(mocap.Robot(ROBOT).retarget(walk, fps=30).qpos) - 1
+    with pytest.raises(ValueError, match="time_scale: expected auto or a factor above 0, got 0"):
+        mocap.Robot(ROBOT).retarget(walk, time_scale=0)
+
+
+def test_a_motion_is_scored_against_its_reference(tmp_path: Path) -> None:
+    robot, walk = mocap.Robot(ROBOT), FIXTURES / "real" / "cmu_short.bvh"
+    motion = robot.retarget(walk, passes=1)
+    motion.save(tmp_path / "walk.npz")
+    found = robot.score(walk, tmp_path / "walk.npz")
+    assert found["scores"]["mpbpe_local"] == pytest.approx(motion.report["scores"]["mpbpe_local"], rel=1e-4)
+    as_scene = robot.score(mocap.read(walk), mocap.read(tmp_path / "walk.npz", body=ROBOT))
+    assert as_scene == found
+    with pytest.raises(mocap.MocapError, match="no arrays of a robot's joints"):
+        robot.score(walk, walk)
 
 
 def test_a_motion_is_saved_for_trainers(tmp_path: Path) -> None:

@@ -306,6 +306,12 @@ export class Scene {
    */
   robotStream(robot: Scene, options?: RobotStreamOptions): RobotStream;
   /**
+   * Scores a motion of a robot against this reference, as `mocap score` does. The motion is the result of `retarget` to the
+   * robot, or a file with the positions of its joints that was read with the robot as `body`. Returns the report with `scores`
+   * and `verdict`; docs/scores.md defines the scores.
+   */
+  score(motion: Scene, robot: Scene, options?: { bones?: Bones }): Record<string, unknown>;
+  /**
    * Makes a figure of this character that motion matching steers. The motions come from scenes with any skeletons, or from a
    * database that `mocap index --pack` wrote. With `mirror`, the figure also uses the mirror images of the scenes' motions.
    */

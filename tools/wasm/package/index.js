@@ -15,7 +15,7 @@ const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
 /** Calls that the drop page does not make. They have a separate entry point. */
 const OTHER = new Set([
   "check", "run", "table", "report", "openClip", "controller", "robotStream", "robotPush", "robotFinish", "robotReport",
-  "chain",
+  "chain", "score",
 ]);
 
 /** One instance of the module, and the memory of its scenes. */
@@ -242,6 +242,13 @@ export class Scene {
     this.#checkOther(robot, "the robot must be the result of readCharacter for a URDF or MJCF file", "the skeleton and the robot");
     const request = { call: "robotStream", scene: this.#number, robot: robot.#number, options };
     return new RobotStream(this.#instance, this.#instance.call(request).answer);
+  }
+
+  score(motion, robot, { bones = {} } = {}) {
+    this.#checkOther(motion, "the motion must be a Scene", "the reference and the motion");
+    this.#checkOther(robot, "the robot must be the result of readCharacter for a URDF or MJCF file", "the motion and the robot");
+    const request = { call: "score", scene: this.#number, motion: motion.#number, robot: robot.#number, bones };
+    return this.#instance.call(request).answer;
   }
 
   controller(moves, { mirror = false } = {}) {

@@ -8,8 +8,8 @@ use mocap::figure::{Figure, Humanoid, HumanoidMap};
 use mocap::job::Job;
 use mocap::render::{Clip, PageClip, PlayerClip};
 use mocap::retarget::report::ClipReport;
-use mocap::retarget::robot::add_links;
-use mocap::retarget::{Retargeter, SourceMotion, Target, apply_steps};
+use mocap::retarget::robot::{Robot, RobotMotion, add_links};
+use mocap::retarget::{RetargetOptions, Retargeter, SourceMotion, Target, apply_steps};
 use mocap::scene::Assumption;
 use mocap::scene::report::RootOffsetUsed;
 use mocap::{ChainMatrix, Code, ExportFile, Importer, MemoryFile, Pose, Scene, SkeletonMesh};
@@ -114,6 +114,14 @@ enum OtherRequest {
         #[serde(default)]
         options: Value,
     },
+    /// Scores a motion of a robot against a reference: the report.
+    Score {
+        scene: u32,
+        motion: u32,
+        robot: u32,
+        #[serde(default)]
+        bones: HumanoidMap,
+    },
     /// The next pose of a stream. The file has the matrices of all nodes relative to their parents, as 32-bit floats.
     RobotPush { stream: u32 },
     /// The remaining frames of a stream.
@@ -189,11 +197,17 @@ pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>])
             tick,
             point,
         } => chain(&scenes.get(scene)?.scene, &joint, tick, point),
+        OtherRequest::Score {
+            scene,
+            motion,
+            robot,
+            bones,
+        } => {
+            let (reference, motion) = (scenes.get(scene)?, scenes.get(motion)?);
+            score(reference, motion, robot_of(scenes.get(robot)?)?, bones)
+        }
         OtherRequest::RobotStream { scene, robot, options } => {
-            let robot = scenes.get(robot)?.robot.as_ref();
-            let robot = robot.ok_or_else(|| {
-                Failure::argument("the robot must be the result of readCharacter for a URDF or MJCF file")
-            })?;
+            let robot = robot_of(scenes.get(robot)?)?;
             let source = &scenes.get(scene)?.scene;
             let begun = state.robot_streams.add(source, robot, &StreamOptions::of(options)?)?;
             Ok((json(&begun)?, Vec::new()))
@@ -455,6 +469,24 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     };
     let bytes: Vec<Vec<u8>> = packed.blocks.into_iter().map(|(_, bytes)| bytes).collect();
     Ok((json(&view)?, bytes.concat()))
+}
+
+fn robot_of(entry: &Entry) -> Result<&Arc<Robot>, Failure> {
+    let robot = entry.robot.as_ref();
+    robot.ok_or_else(|| Failure::argument("the robot must be the result of readCharacter for a URDF or MJCF file"))
+}
+
+/// The report of a motion that was retargeted to the robot, or read with the robot as its body.
+fn score(reference: &Entry, motion: &Entry, robot: &Arc<Robot>, bones: HumanoidMap) -> Result<Answer, Failure> {
+    let clips = motion.on_robot.as_ref().map(|retargeting| retargeting.clips());
+    let motion = match clips.and_then(|clips| clips.first()?.robot_motion.clone()) {
+        Some(motion) => motion,
+        None => RobotMotion::of_arrays(robot, &motion.scene)?,
+    };
+    let options = RetargetOptions::new().source_bones(bones);
+    let judge = Retargeter::onto(Target::Robot(Arc::clone(robot)), options)?;
+    let report = judge.judge(reference.scene.clone(), &motion)?;
+    Ok((json(&report)?, Vec::new()))
 }
 
 fn robot_motion(entry: &Entry) -> Result<Answer, Failure> {

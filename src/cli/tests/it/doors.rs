@@ -326,7 +326,7 @@ const CALLS: [(&str, [&str; 4]); 29] = [
     ("check", ["Scene.warnings", "mocap_warning_text", "check", "check"]),
     ("survey", ["survey", "mocap_run", "run", "survey"]),
     ("verify", ["", "mocap_verify", "", "verify"]),
-    ("score", ["", "", "", ""]),
+    ("score", ["Robot.score", "mocap_score", "score", "score"]),
 ];
 
 /// The files that declare the calls of each language.

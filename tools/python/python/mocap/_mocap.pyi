@@ -143,6 +143,7 @@ class Robot:
         bones: str | None,
         weights: str,
     ) -> tuple[dict[str, Any], str, RobotClip]: ...
+    def score(self, reference: Scene, motion: Scene, bones: str | None) -> str: ...
     def stream(
         self,
         source: Scene,

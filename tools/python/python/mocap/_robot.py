@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mocap
 from ._call import public
 from ._errors import OptionError
+from ._files import read
 from ._options import Bones, StrPath, Weights, as_json, names_of, weights_of
 from ._report import Report, parsed
 from ._retarget import _locks
-from ._scene import SceneLike, native_of
+from ._scene import Scene, SceneLike, native_of
 from ._words import Feet, Floor, RobotFormat
 
 @dataclass(frozen=True, repr=False)
@@ -89,6 +90,7 @@ class Robot:
     @public
     def __init__(self, path: StrPath) -> None:
         self._native = _mocap.Robot(path)
+        self._path = path
 
     def __repr__(self) -> str:
         return f"<mocap.Robot {self.name!r} of {len(self.dof_names)} joints>"
@@ -151,6 +153,28 @@ class Robot:
             native_of(source), fps, _locks(feet), velocity_limits, passes, *speed, *names
         )
         return RobotMotion(dof_names=self.dof_names, report=parsed(report), _clip=clip, **arrays)
+
+    @public
+    def score(self, reference: SceneLike, motion: SceneLike, *, bones: Bones | None = None) -> Report:
+        """Scores a motion of the robot against its reference, as ``mocap score`` does. Neither motion changes.
+
+        >>> robot.score("walk.bvh", "policy.npz")["scores"]["mpbpe_local"]   # doctest: +SKIP
+        0.031
+
+        Args:
+            reference: A motion of a person, or of a robot that ``mocap.read(..., body=...)`` names.
+            motion: The motion of the robot, from any program: the path of a file with the positions of its joints, or
+                the scene of such a file, read with the robot as ``body``.
+            bones: The joints of the reference's bones, to correct mocap's choice.
+
+        Returns:
+            The report of the motion, with ``scores`` and ``verdict``. docs/scores.md defines the scores.
+
+        Raises:
+            MocapError: If ``motion`` is no motion of the robot, or no frame is in both motions.
+        """
+        moved = motion if isinstance(motion, Scene) else read(motion, body=self._path)
+        return parsed(self._native.score(native_of(reference), native_of(moved), names_of(bones)))
 
     @public
     def stream(
