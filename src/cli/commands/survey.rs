@@ -94,7 +94,13 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
     let format = output.as_deref().map(|output| format_of(output, to)).transpose()?;
     let inputs = work.inputs()?;
     let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
-    let policy = ReplacePolicy::new(sources).force(work.job.write.force);
+    let mut policy = ReplacePolicy::new(sources).force(work.job.write.force);
+    let mut known = HashMap::new();
+    if let (Some(output), true) = (&output, work.resume) {
+        known = former(output)?;
+        // The new table contains the rows of this one, also where a user changed them.
+        policy = policy.outputs([output]);
+    }
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
         policy.check_ahead(output)?;
     }
@@ -103,14 +109,10 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
     for beside in [&surveying.sarif, &surveying.html].into_iter().flatten() {
         policy.check_ahead(beside)?;
     }
-    let former = match (&output, work.resume) {
-        (Some(output), true) => former(output)?,
-        _ => HashMap::new(),
-    };
     for (path, warnings) in SurveyOptions::unmatched_patterns(inputs.iter().map(|input| input.path.as_path())) {
         report::warnings(Some(&path), &warnings);
     }
-    let (corpus, counts) = work.corpus(&inputs, &former)?;
+    let (corpus, counts) = work.corpus(&inputs, &known)?;
     if let Some(doubt) = surveying.doubt(&corpus) {
         report::say(&doubt);
     }

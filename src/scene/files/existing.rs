@@ -27,8 +27,8 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 
 /// The files that an output may replace.
 ///
-/// An input is never replaced, not even through a link. Another existing file may be a user's, and is replaced only with
-/// [`force`](Self::force). The following exceptions let you run a command again:
+/// An input is never replaced, not even through a link. Another existing file may be a user's, and is replaced only
+/// with [`force`](Self::force). The following exceptions let you run a command again:
 ///
 /// - An empty file, and a file whose bytes are the first bytes of the output, or all of them.
 /// - An `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` of this crate.
@@ -287,8 +287,8 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Whether the non-empty file at `path`, which the record does not know, may be a user's. `is_told`: its extension is
-    /// of a format. Other files, such as pictures and pages, do not state who wrote them.
+    /// Whether the non-empty file at `path`, which the record does not know, may be a user's. `is_told`: its extension
+    /// is of a format. Other files, such as pictures and pages, do not state who wrote them.
     fn may_be_of_user(&self, path: &Path, is_told: bool) -> bool {
         if !is_told {
             return record::is_complete() && !is_own_table(path);
@@ -329,9 +329,15 @@ pub fn has_provenance(path: &Path) -> bool {
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
 }
 
-/// Whether the file name has an extension of a format, whose files can state who wrote them, unlike a picture or a page.
+/// Whether the file name has an extension of a format, whose files can state who wrote them, unlike a picture or a
+/// page.
 fn is_told(path: &Path) -> bool {
     has_extension(path, &["bin"]) || ReplacePolicy::is_source(path)
+}
+
+/// Whether a file with this name may be a motion or a character without a mark.
+pub(super) fn may_be_motion(path: &Path) -> bool {
+    is_told(path) && needs_record(path)
 }
 
 /// Whether only the record can identify an output with this name. Other files have a mark.

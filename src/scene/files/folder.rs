@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::ReplacePolicy;
-use super::existing::needs_record;
+use super::existing::may_be_motion;
 use super::record::{self, RecordState};
 use crate::error::{Code, Diagnostic, Error, Result};
 
@@ -26,7 +26,7 @@ pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
             let files = files_below(folder).map_err(|error| Error::io(folder, error))?;
             files.iter().try_for_each(|path| policy.check_inputs(path))?;
             files.into_iter().find_map(|path| match record::find(&path) {
-                _ if path.is_symlink() || needs_record(&path) => Some((path, false)),
+                _ if path.is_symlink() || may_be_motion(&path) => Some((path, false)),
                 RecordState::Unchanged(_) => None,
                 state => Some((path, state != RecordState::Unknown)),
             })

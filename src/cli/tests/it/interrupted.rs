@@ -93,7 +93,7 @@ const CASES: &[Case] = &[
     many("edit clips -o out/ --step mirror", &[]),
     set("clean walk.bvh -o out.glb --report out.json --force", "out.glb"),
     set(
-        "survey walk.bvh -o out.json --html out.html --sarif out.sarif",
+        "survey walk.bvh -o out.json --html out.html --sarif out.sarif --force",
         "out.json",
     ),
     one("index walk.bvh -o out.mdb"),
@@ -107,9 +107,9 @@ const CASES: &[Case] = &[
     },
     Case {
         before: &["index walk.bvh -o moves.mdb"],
-        ..one("find moves.mdb --like walk.bvh@0..0.2 --sheet out.png --page out.html")
+        ..one("find moves.mdb --like walk.bvh@0..0.2 --sheet out.png --page out.html --force")
     },
-    one("graph points.npy --window 0.07 --threshold 2m -o out.json --matrix out.png"),
+    one("graph points.npy --window 0.07 --threshold 2m -o out.json --matrix out.png --force"),
     set("run job.json", "out.gltf"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),
@@ -119,16 +119,16 @@ const CASES: &[Case] = &[
     one("fk walk.bvh -o out.csv"),
     one("angles walk.bvh -o out.mot"),
     one("forces plates.c3d -o out.mot"),
-    one("analog plates.c3d -o out.csv"),
+    one("analog plates.c3d -o out.csv --force"),
     #[cfg(feature = "parquet")]
     one("fk walk.bvh -o out.parquet"),
     #[cfg(feature = "parquet")]
     many("pack clips -o out", &[]),
-    one("view walk.bvh -o out.html"),
-    many("view clips -o out.html", &[]),
-    one("sheet walk.bvh -o out.png"),
-    one("gif walk.bvh -o out.gif --width 160 --height 120 --rate 5"),
-    one("plot walk.bvh -o out.svg --joint Hips"),
+    one("view walk.bvh -o out.html --force"),
+    many("view clips -o out.html --force", &[]),
+    one("sheet walk.bvh -o out.png --force"),
+    one("gif walk.bvh -o out.gif --width 160 --height 120 --rate 5 --force"),
+    one("plot walk.bvh -o out.svg --joint Hips --force"),
     many(
         "merge-manifest out",
         &["convert clips -o out --shard 1/2", "convert clips -o out --shard 2/2"],
