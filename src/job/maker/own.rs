@@ -7,7 +7,7 @@ use mocap_formats::gltf::report::Provenance;
 use mocap_formats::{Export, FormatInfo};
 use mocap_io::export::{is_at_rest_for, nothing_moves};
 use mocap_retarget::robot::{Robot, RobotMotion};
-use mocap_scene::error::{Code, Error, Result};
+use mocap_scene::error::{Code, Error, Result, spelled};
 use mocap_scene::process;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
@@ -96,6 +96,12 @@ impl Maker<'_> {
             .iter()
             .for_each(|naming| names::tell(naming, scene, &mut written));
         written.notes.extend(taken);
+        // Otherwise the next reader infers the axis again, perhaps another one.
+        let states_no_up = row.is_some_and(|row| row.has_sidecar);
+        if states_no_up && self.job.source.space.up().is_some() && self.job.write.space.up().is_none() {
+            let note = "the file states no up axis: read it with the same {up}, or write it with {out-up} y";
+            written.notes.push(spelled(note).into_owned());
+        }
         Ok(written)
     }
 }
