@@ -26,10 +26,10 @@ step! {
     /// Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
     /// time warping of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of
     /// both durations. Steps over the ground are mixed in the heading of each figure: two walks in different directions
-    /// give a walk in a direction between. The scene gets the warning [`Code::PosesApart`] if mixed poses differ by more
-    /// than 45 degrees or 30 cm, wherever the figures stand. With `within`, one motion may start later, and one may end
-    /// earlier, so that the ends match best. The measure is the distance of [motion graphs](crate::graph), over windows
-    /// of a third of a second. The second motion then begins at the place and in the heading of the first.
+    /// give a walk in a direction between. The scene gets the warning [`Code::PosesApart`] if mixed poses differ by
+    /// more than 45 degrees or 30 cm, wherever the figures stand. With `within`, one motion may start later, and one
+    /// may end earlier, so that the ends match best. The measure is the distance of [motion graphs](crate::graph), over
+    /// windows of a third of a second. The second motion then begins at the place and in the heading of the first.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -46,8 +46,8 @@ impl Carrier {
         }
     }
 
-    /// Gives the nodes above the figure in a second motion the transforms that they have in the first motion. The figure
-    /// does not move in the world.
+    /// Gives the nodes above the figure in a second motion the transforms that they have in the first motion. The
+    /// figure does not move in the world.
     pub(super) fn share_parents(&self, scene: &Scene, first: &Frames, second: &mut Frames) {
         let Some(&node) = second.nodes().get(self.column) else {
             return;

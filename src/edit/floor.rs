@@ -218,8 +218,8 @@ impl Feet {
         }
     }
 
-    /// The velocity of the slower foot in the frames in which both feet have a long stance. A drift moves both feet alike; a
-    /// shuffling foot moves alone.
+    /// The velocity of the slower foot in the frames in which both feet have a long stance. A drift moves both feet
+    /// alike; a shuffling foot moves alone.
     fn standing(&self) -> Vec<(usize, DVec3)> {
         let best = self.points.iter().map(|point| point.0).max().unwrap_or_default();
         let mut feet = self

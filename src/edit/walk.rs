@@ -66,9 +66,10 @@ impl fmt::Display for WalkReport {
 }
 
 impl Walk {
-    /// Turns this walk over the graph into a motion. `clips` are the clips of the graph in order, each as a scene and the
-    /// index of its animation. Successive pieces are aligned over the ground and blended over the length of a window.
-    /// Then [`foot_lock()`] locks the feet of a humanoid. The frame rate is the highest frame rate of the clips.
+    /// Turns this walk over the graph into a motion. `clips` are the clips of the graph in order, each as a scene and
+    /// the index of its animation. Successive pieces are aligned over the ground and blended over the length of a
+    /// window. Then [`foot_lock()`] locks the feet of a humanoid. The frame rate is the highest frame rate of the
+    /// clips.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -123,8 +123,8 @@ impl Measures<'_> {
         };
         // Only a standing body shows its up axis for certain.
         let is_upright = stands(axis) || mean.dot(axis.direction().unwrap_or_default()) > UPRIGHT;
-        // A crawl is not along the axis of its rest pose. Along an unusual axis, the rest pose may rather have another up
-        // axis than the motion.
+        // A crawl is not along the axis of its rest pose. Along an unusual axis, the rest pose may rather have another
+        // up axis than the motion.
         let is_usual = matches!(axis, Axis::Y | Axis::Z);
         let is_contradicted = !is_usual && stands(axis) && Axis::nearest(mean).0 != axis;
         let confidence = match probability {

@@ -23,8 +23,8 @@ const ACCELERATION_RATIO: f64 = 3.0;
 const SPEED_OVER: f64 = 0.2;
 
 /// Locks the feet if they slide, or if much noise was removed. Returns a message with the number of locked contacts,
-/// which is empty if there are none. `is_noisy`: the noise part changed the motion. `is_changed`: it removed much of the
-/// jitter.
+/// which is empty if there are none. `is_noisy`: the noise part changed the motion. `is_changed`: it removed much of
+/// the jitter.
 pub(super) fn lock(
     work: &mut Work<'_>,
     animation: usize,

@@ -18,8 +18,8 @@ pub struct GraphClip {
     pub animation: usize,
     /// The number of frames at the rate of the graph.
     pub frames: usize,
-    /// The first and the last frame that belong to the largest strongly connected component, in which every frame can be
-    /// reached from every other frame. `None` if no frame of the clip belongs to it.
+    /// The first and the last frame that belong to the largest strongly connected component, in which every frame can
+    /// be reached from every other frame. `None` if no frame of the clip belongs to it.
     pub part: Option<[usize; 2]>,
 }
 

@@ -290,8 +290,8 @@ impl RobotLegs {
     }
 }
 
-/// The bodies of the joints that bend a leg: the joint that swings the leg, and the knee. If the leg has the joints of an
-/// animal, the ankle and the paw follow. A girdle above the hip bends no leg, so it is not in the list.
+/// The bodies of the joints that bend a leg: the joint that swings the leg, and the knee. If the leg has the joints of
+/// an animal, the ankle and the paw follow. A girdle above the hip bends no leg, so it is not in the list.
 fn bending(kinematics: &Kinematics, zero: &RobotPose, chain: &[usize]) -> Vec<usize> {
     let axis = |body: usize| kinematics.axis(zero, body);
     let length = axis(chain[0]).1.distance(axis(chain[chain.len() - 1]).1);

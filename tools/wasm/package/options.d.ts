@@ -985,8 +985,8 @@ export interface RobotWeights {
    */
   "return-time"?: number;
   /**
-   * Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` measures the distance
-   * of soles from the floor. Unit: 1. Default: `12.0`.
+   * Additional weight in contact: a foot in stance has the weight `foot` × (1 + `standing`), so that it is flat.
+   * `tools/robot/check` measures the distance of soles from the floor. Unit: 1. Default: `12.0`.
    */
   standing?: number;
   /**
@@ -1432,9 +1432,9 @@ export interface LoopStep {
 
 /**
  * Appends a second motion, which has the same joints. The first frame of the second motion is the last of the first, so that
- * two parts of a cut motion are restored. Poses more than 45 degrees or 30 cm apart at the seam, and speeds more than 1 m/s
- * apart, are a warning of the scene, `PosesApart`. `within` searches for the most similar pair of an end frame and a start
- * frame near the seam. The measure is the distance of motion graphs, over windows of a third of a second.
+ * two parts of a cut motion are restored. The scene gets the warning `PosesApart` if the poses at the seam differ by more
+ * than 45 degrees or 30 cm, or the speeds by more than 1 m/s. `within` searches for the most similar pair of an end frame and
+ * a start frame near the seam. The measure is the distance of motion graphs, over windows of a third of a second.
  */
 export interface ConcatStep {
   step: "concat";
@@ -1455,8 +1455,8 @@ export interface ConcatStep {
  * Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic time warping
  * of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of both durations. Steps
  * over the ground are mixed in the heading of each figure: two walks in different directions give a walk in a direction
- * between. Mixed poses more than 45 degrees or 30 cm apart, wherever the figures stand, are a warning of the scene,
- * `PosesApart`. With `within`, one motion may start later, and one may end earlier, so that the ends match best. The measure
+ * between. The scene gets the warning `PosesApart` if mixed poses differ by more than 45 degrees or 30 cm, wherever the
+ * figures stand. With `within`, one motion may start later, and one may end earlier, so that the ends match best. The measure
  * is the distance of motion graphs, over windows of a third of a second. The second motion then begins at the place and in
  * the heading of the first.
  */
