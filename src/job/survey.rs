@@ -199,18 +199,27 @@ impl SurveyOptions {
         mocap_io::import::attribution::unmatched_patterns(paths)
     }
 
-    /// Describes the parts of a split in which no clip is.
+    /// Describes the parts of a split in which no clip is, and the clips that a split may not keep together.
     #[doc(hidden)]
-    pub fn doubt(&self, corpus: &Corpus) -> Option<String> {
+    pub fn doubts(&self, corpus: &Corpus) -> Vec<String> {
+        if self.split.is_empty() {
+            return Vec::new();
+        }
         let empty = corpus.empty_parts(self.split.len());
-        (!self.split.is_empty() && !empty.is_empty()).then(|| {
+        let empty = (!empty.is_empty()).then(|| {
             spelled(&format!(
                 "{{split}} puts no clip into {}: there are too few groups of clips that belong together; add clips, or \
                  split {{by}} another value",
                 empty.join(" and ")
             ))
             .to_string()
-        })
+        });
+        let is_by_other = self
+            .by
+            .iter()
+            .any(|by| !is_of_selection(*by) && *by != SelectBy::NearDuplicate);
+        let too_short = corpus.too_short_note().filter(|_| !is_by_other);
+        empty.into_iter().chain(too_short).collect()
     }
 
     /// Describes the clips that are worse than allowed.

@@ -1,6 +1,6 @@
 """Recall and precision of near-duplicates on a folder of takes: each BVH file is a take, and variants of it are planted.
 
-    takes.py MOCAP FOLDER [--variants N] [--seed S] [--keep FOLDER]
+    takes.py MOCAP FOLDER [--variants N] [--seconds S] [--seed S] [--keep FOLDER]
 
 A variant is found if `mocap survey` has it in the group of its take. A group that joins files of two takes is wrong:
 takes differ where CMU's numbers differ (`16_02`), else where the names of the files differ and none ends with the other: folders
@@ -22,7 +22,7 @@ from plant import TWINS, Bvh, Planted
 
 # A variant has at least so much to be recognised by: seconds, and degrees of all channels together.
 LEAST_SECONDS, LEAST_DEGREES = 2.5, 300
-# Longer takes are cut, so that a folder is done in minutes.
+# Longer takes are cut, so that a folder is done in minutes; with --seconds, to their middle.
 MOST_SECONDS = 20
 # What is asked.
 RECALL, PRECISION = 0.95, 0.99
@@ -39,7 +39,7 @@ def are_one(a, b):
     return a.endswith(b) or b.endswith(a)
 
 
-def read(path):
+def read(path, seconds):
     """The take, cut; `None` where it is no plain BVH file, or is too short or still to be recognised."""
     try:
         bvh = Bvh(path.read_text())
@@ -47,19 +47,23 @@ def read(path):
         return None
     if bvh.rows.ndim != 2 or not 0 < bvh.frame_time < 0.2:
         return None
-    bvh.rows = bvh.rows[: round(MOST_SECONDS / bvh.frame_time)]
-    return bvh if is_enough(bvh, LEAST_SECONDS) else None
+    frames = round((seconds or MOST_SECONDS) / bvh.frame_time)
+    first = max(0, len(bvh.rows) - frames) // 2 if seconds else 0
+    bvh.rows = bvh.rows[first : first + frames]
+    return bvh if is_enough(bvh, min(seconds or LEAST_SECONDS, LEAST_SECONDS)) else None
 
 
 def is_enough(bvh, seconds):
     """Whether a clip has so many seconds, and moves enough to be recognised."""
     moves = np.abs(np.diff(bvh.rows[:, 3:], axis=0)).max(axis=1, initial=0).sum()
-    return len(bvh.rows) * bvh.frame_time >= seconds and not moves < LEAST_DEGREES
+    # A clip that may be shorter may move less.
+    least = LEAST_DEGREES * min(1, (seconds or len(bvh.rows) * bvh.frame_time) / LEAST_SECONDS)
+    return len(bvh.rows) * bvh.frame_time >= 0.99 * seconds and not moves < least
 
 
-def plant(rng, paths, count, folder):
+def plant(rng, paths, count, seconds, folder):
     """Writes takes and variants. Returns the take and the kind of each file, and the file of each take's first clip."""
-    bases = [(take(path), bvh) for path in paths if (bvh := read(path)) is not None]
+    bases = [(take(path), bvh) for path in paths if (bvh := read(path, seconds)) is not None]
     if not bases:
         sys.exit("no file of the folder is long enough and moves enough")
     truth = {}
@@ -91,6 +95,7 @@ def main():
     parser.add_argument("mocap")
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--variants", type=int, default=500)
+    parser.add_argument("--seconds", type=float)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=pathlib.Path)
     args = parser.parse_args()
@@ -98,7 +103,7 @@ def main():
     with tempfile.TemporaryDirectory() as temporary:
         folder = (args.keep or pathlib.Path(temporary)) / "takes"
         folder.mkdir(parents=True, exist_ok=True)
-        truth, takes = plant(random.Random(args.seed), paths, args.variants, folder)
+        truth, takes = plant(random.Random(args.seed), paths, args.variants, args.seconds, folder)
         rows = survey(args.mocap, folder)
     missed, total, right, wrong = {}, {}, 0, 0
     for file, (name, kind, base) in truth.items():

@@ -113,9 +113,7 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
         report::warnings(Some(&path), &warnings);
     }
     let (corpus, counts) = work.corpus(&inputs, &known)?;
-    if let Some(doubt) = surveying.doubt(&corpus) {
-        report::say(&doubt);
-    }
+    surveying.doubts(&corpus).iter().for_each(|doubt| report::say(doubt));
     let mut made = surveying.beside(&work.job.read, &corpus)?;
     if let (Some(output), Some(format)) = (&output, format) {
         made.push((output.clone(), corpus.to_format(&format)?));

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::report::counted;
 use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 
-use super::fingerprint::Fingerprint;
+use super::fingerprint::{Fingerprint, RATE};
 use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
-use super::twins::{self, Candidate};
+use super::twins::{self, Candidate, SHORTEST_CLIP};
 use super::{descriptor, select};
 
 /// The row of one clip, and the data that is compared with other clips. As JSON, it is a line of a record. A survey
@@ -197,6 +198,22 @@ impl Corpus {
         });
     }
 
+    /// A note on the clips that are compared only by their bytes, because they are too short. Pose files do not count.
+    #[doc(hidden)]
+    pub fn too_short_note(&self) -> Option<String> {
+        let is_short = |clip: &&ClipRecord| {
+            (1..SHORTEST_CLIP).contains(&clip.fingerprint.samples()) && !clip.row.has_property(DefectKind::PoseFile)
+        };
+        let count = self.clips.iter().filter(is_short).count();
+        let seconds = (SHORTEST_CLIP as f64 - 1.0) / RATE;
+        (count > 0).then(|| {
+            format!(
+                "{} of at most {seconds} s: of these, only identical files are near-duplicates",
+                counted(count, "clip")
+            )
+        })
+    }
+
     /// The up axis that more than half of the clips have, if there are at least three clips.
     fn usual_up(&self, group: &[usize]) -> Option<String> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
@@ -209,6 +226,10 @@ impl Corpus {
 }
 
 impl ClipRow {
+    fn has_property(&self, kind: DefectKind) -> bool {
+        self.properties.split(' ').any(|name| name == kind.as_str())
+    }
+
     fn set_corpus_amount(&mut self, kind: DefectKind, amount: f64, is_odd: bool, thresholds: &Thresholds) {
         self.defects.retain(|defect| defect.kind != kind);
         let amount = if is_odd { amount } else { 0.0 };

@@ -1,5 +1,5 @@
 //! Finds near-duplicates: clips with the same bytes or the same motion. The motion may be mirrored, retimed by up to 10
-//! %, at another rate, on another skeleton, or a piece of at least two seconds.
+//! %, at another rate, on another skeleton, or a piece of at least two seconds. Shorter clips are compared as a whole.
 //!
 //! Each clip has samples of the directions of ten limbs ([`super::fingerprint`]). [`index`] finds pairs of clips that
 //! may repeat each other. [`alignment`] finds the offset, the pace and the reflection with the least distance of limbs.
@@ -14,6 +14,7 @@ use std::collections::{HashMap, HashSet};
 
 use mocap_scene::math::spread::spread;
 
+pub(super) use self::alignment::SHORTEST_CLIP;
 use self::alignment::{Alignment, Moments, Track};
 use self::index::{Index, MOST_ALIGNED};
 pub(crate) use self::limbs::mirrored_row;

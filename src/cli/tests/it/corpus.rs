@@ -424,6 +424,55 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
     assert_eq!(corpus.rows().filter(|row| row.twin).count(), 4);
 }
 
+/// A walk has more than one step in 1.2 s, so its other parts and other walks differ. In 0.6 s they may not.
+#[test]
+fn short_clips_are_compared_as_a_whole() {
+    let other = "motionbuilder_vicon_walk.bvh";
+    let folder = Folder::of_real(&[WALK, other]);
+    for command in [
+        &format!("convert {WALK} short/walk.bvh --trim 1..2.2"),
+        &format!("convert {WALK} short/other_part.bvh --trim 2.6..3.8"),
+        &format!("convert {other} short/other_walk.bvh --trim 1..2.2"),
+        "edit short/walk.bvh -o short/mirrored.bvh --step mirror",
+        "convert short/walk.bvh short/resampled.bvh --fps 25",
+        &format!("convert {WALK} tiny/step.bvh --trim 3..3.6"),
+        "convert tiny/step.bvh tiny/resampled.bvh --fps 25",
+    ] {
+        let path = command
+            .split(' ')
+            .find(|word| word.starts_with("short/") || word.starts_with("tiny/"));
+        std::fs::create_dir_all(folder.path(path.unwrap()).parent().unwrap()).unwrap();
+        folder.succeeds(command);
+    }
+    let text = String::from_utf8(folder.read("short/walk.bvh")).unwrap();
+    let retimed = text.replace("Frame Time: 0.00833333", "Frame Time: 0.0078");
+    assert_ne!(text, retimed);
+    folder.write("short/retimed.bvh", retimed.as_bytes());
+    folder.succeeds("survey short -o rows.json");
+    let rows: Vec<serde_json::Value> = serde_json::from_slice(&folder.read("rows.json")).unwrap();
+    let groups: Vec<(String, bool)> = rows
+        .iter()
+        .map(|row| (row["file"].as_str().unwrap().to_owned(), row["twin_group"].is_number()))
+        .collect();
+    let copies = ["walk", "mirrored", "resampled", "retimed"];
+    for (file, is_copy) in groups {
+        let expected = copies.iter().any(|copy| file == format!("short/{copy}.bvh"));
+        assert_eq!(is_copy, expected, "{file}");
+    }
+    assert_eq!(rows.iter().filter(|row| row["twin"] == true).count(), 3);
+    let said = folder.succeeds("survey short -o rows.csv --split 0.5,0.5 --force");
+    assert!(!said.contains("identical files"), "{said}");
+    // A shorter clip is not compared, and the survey says so.
+    let note = "2 clips of at most 0.9 s: of these, only identical files are near-duplicates";
+    let summary = String::from_utf8(folder.run("survey tiny").stdout).unwrap();
+    assert!(
+        summary.contains(&format!("near-duplicates: 0 clips\n  {note}\n")),
+        "{summary}"
+    );
+    let said = folder.succeeds("survey tiny -o rows.csv --split 0.5,0.5 --force");
+    assert!(said.contains(note), "{said}");
+}
+
 #[test]
 fn arms_that_are_held_out_are_a_t_pose() {
     // Computed with NumPy, the arms point sideways, 20 degrees from the horizontal, until frame 486 at 100 frames per

@@ -9,7 +9,14 @@ use super::limbs::numbers;
 use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
 /// The shortest piece, in samples: two seconds, minus one sample for rounding at the ends.
-const SHORTEST: usize = 19;
+pub(super) const SHORTEST: usize = 19;
+
+/// The shortest clip that is compared as a whole, in samples: 0.91 s. Shorter parts of different takes match by chance:
+/// parts of 0.9 s of runs by one person.
+pub(in crate::survey) const SHORTEST_CLIP: usize = 10;
+
+/// The most samples of a whole clip that the other clip may lack: one at each end, which rounding cuts off.
+const CUT_BY_ROUNDING: f32 = 2.0;
 
 /// The largest mean distance of limbs of near-duplicates, as a chord of the unit sphere: 1.1 degrees. Fitted by
 /// `tools/survey/takes.py`: separate takes of one walk by one person differ by at least 0.028.
@@ -24,12 +31,17 @@ const OFF_A_LINE: f32 = 0.2;
 /// sample to sample, so copies at another rate differ. Separate takes of such motion are still far apart. Fitted by
 /// `tools/survey/takes.py`.
 const OFF_IF_ERRATIC: f32 = 0.3;
+/// The factor for clips shorter than [`SHORTEST`], for which erratic motion adds nothing: runs of one person differ by
+/// less in a second. Fitted by `tools/survey/takes.py --seconds 1.2`.
+const SHORT_OFF_A_LINE: f32 = 0.1;
 /// The mean bend above which a motion is erratic. Running has half of this value.
 const ERRATIC: f32 = 0.2;
 
 /// The least movement per limb in the compared part, as a sum of chords of the unit sphere. Any two standing figures
 /// would match.
 const MOVES: f32 = 0.2;
+/// The least movement in clips shorter than [`SHORTEST`]: half as much in half the time.
+const SHORT_MOVES: f32 = 0.1;
 /// The time step in which movement is summed, in samples: half a second, in which slow limbs move by more than
 /// [`GRAIN`].
 const MOVE: usize = 5;
@@ -287,14 +299,31 @@ impl<'a> Both<'a> {
         let from = (-start / pace).ceil().max(0.0) as usize;
         let to = (((last - start) / pace).floor() as isize).min(self.b.samples() as isize - 1);
         let to = usize::try_from(to).ok()?;
-        // A piece lies within one of the clips, or at the ends of both clips with at least the shortest length.
-        (to + 1 >= from + SHORTEST && self.b.moved[to] - self.b.moved[from] >= MOVES).then_some(from..=to)
+        let samples = (to + 1).checked_sub(from)?;
+        // A piece lies within one of the clips, or at the ends of both clips with at least the shortest length. A
+        // shorter part matches by chance, unless it is the whole of both clips.
+        let least = match samples {
+            SHORTEST.. => MOVES,
+            _ if self.is_whole(samples, pace) => SHORT_MOVES,
+            _ => return None,
+        };
+        (self.b.moved[to] - self.b.moved[from] >= least).then_some(from..=to)
+    }
+
+    /// Whether some samples of the second clip cover both clips, and the clips are long enough.
+    fn is_whole(&self, samples: usize, pace: f32) -> bool {
+        let shorter = self.a.samples().min(self.b.samples()).min(samples + 1);
+        let longer = self.a.samples().max((self.b.samples() as f32 * pace).round() as usize);
+        shorter >= SHORTEST_CLIP && samples as f32 * pace + CUT_BY_ROUNDING >= longer as f32
     }
 
     /// The distance of limbs between copies that different sampling times cause.
     fn off_a_line(&self) -> f32 {
         let bend = 0.5 * (self.a.bend + self.b.bend);
-        OFF_A_LINE * bend + OFF_IF_ERRATIC * (bend - ERRATIC).max(0.0)
+        match self.a.samples().min(self.b.samples()) {
+            SHORTEST.. => OFF_A_LINE * bend + OFF_IF_ERRATIC * (bend - ERRATIC).max(0.0),
+            _ => SHORT_OFF_A_LINE * bend,
+        }
     }
 
     /// The mean movement of limbs per sample.

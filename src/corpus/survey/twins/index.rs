@@ -10,7 +10,7 @@ use glam::Vec3;
 use mocap_scene::math::spread::spread;
 
 use super::Candidate;
-use super::alignment::Moments;
+use super::alignment::{Moments, SHORTEST};
 use super::limbs::numbers;
 use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
@@ -35,7 +35,7 @@ const LEADING: usize = 20;
 /// The least mean movement of limbs within a moment, as a chord of the unit sphere. A moment with less movement matches
 /// any standing figure.
 const MOMENT_MOVES: f32 = 0.03;
-/// The fewest votes for which two clips are aligned.
+/// The fewest votes for which two clips are aligned. A short clip needs only one.
 const VOTES: u16 = 2;
 
 /// The largest number of clips that are aligned with a clip. The time of a survey grows with this number.
@@ -137,7 +137,9 @@ impl Index {
 
     /// The earlier clips that a clip may repeat.
     pub(super) fn candidates(&self, clips: &[&Candidate<'_>], clip: usize) -> Vec<CandidatePair> {
-        let votes = self.votes(clips[clip].fingerprint, clip);
+        let fingerprint = clips[clip].fingerprint;
+        let votes = self.votes(fingerprint, clip);
+        let least = if is_short(fingerprint) { 1 } else { VOTES };
         // Retimed clips drift apart by up to 10 %, so the votes of two neighbouring offsets are added.
         let mut best: HashMap<(u32, bool), (u16, i32, Votes)> = HashMap::new();
         for (vote, of_vote) in &votes {
@@ -145,7 +147,7 @@ impl Index {
             let before = (of_vote.count.saturating_add(at(vote.offset - 1)), -vote.offset);
             let after = (of_vote.count.saturating_add(at(vote.offset + 1)), -vote.offset - 1);
             let (count, offset) = before.max(after);
-            if count >= VOTES {
+            if count >= least {
                 let entry = best.entry((vote.clip, vote.mirrored)).or_default();
                 *entry = (*entry).max((count, offset, *of_vote));
             }
@@ -153,7 +155,7 @@ impl Index {
         let mut found: Vec<_> = best.into_iter().collect();
         found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
         let likely = found.into_iter().filter_map(|((other, mirrored), (_, _, votes))| {
-            let both = [clips[other as usize].fingerprint, clips[clip].fingerprint];
+            let both = [clips[other as usize].fingerprint, fingerprint];
             Some(CandidatePair {
                 clip: other as usize,
                 at: nearest(both, votes, mirrored)?,
@@ -166,13 +168,19 @@ impl Index {
     /// The votes of a clip's moments for each earlier clip and offset, with one of the moments.
     fn votes(&self, fingerprint: &Fingerprint, clip: usize) -> VotesOf {
         let mut votes = VotesOf::default();
-        let last = fingerprint.samples().saturating_sub(REACH + 1);
+        let end = fingerprint.samples().saturating_sub(REACH);
+        // A short clip has few samples to look up.
+        let (step, last) = match is_short(fingerprint) {
+            true => (1, end),
+            false => (2, end.saturating_sub(1)),
+        };
         for mirrored in [false, true] {
             // Look up every second sample, and half a sample later, to find clips that begin between two samples of
             // another clip.
             for (sample, later) in (REACH..last)
-                .step_by(2)
+                .step_by(step)
                 .flat_map(|sample| [(sample, false), (sample, true)])
+                .filter(|(sample, later)| !later || sample + 1 < end)
             {
                 let Some(along) = self.project(fingerprint, sample, later, mirrored) else {
                     continue;
@@ -248,6 +256,11 @@ impl Hasher for VoteHasher {
         const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
         self.0 = (self.0.rotate_left(23) ^ u64::from(value)).wrapping_mul(FACTOR);
     }
+}
+
+/// Whether a clip is compared only as a whole.
+fn is_short(fingerprint: &Fingerprint) -> bool {
+    fingerprint.samples() < SHORTEST
 }
 
 fn leading(hash: u32) -> usize {
