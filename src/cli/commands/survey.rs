@@ -25,6 +25,8 @@ type Outputs = Vec<(PathBuf, Vec<u8>)>;
 
 /// The number of worst clips in the list.
 const WORST: usize = 10;
+/// The number of near-duplicates in the list.
+const TWINS: usize = 5;
 
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     match args.print_job {
@@ -127,6 +129,7 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
         let report = SurveyReport {
             rows: corpus.rows().collect(),
             list: surveying.select.map(|_| corpus.to_list()),
+            too_short: corpus.too_short_note(),
         };
         let place = match report.list {
             Some(_) => Place::Data,
@@ -209,6 +212,9 @@ struct SurveyReport<'a> {
     /// The files of a selection.
     #[serde(skip)]
     list: Option<String>,
+    /// The note on clips that are too short to compare.
+    #[serde(skip)]
+    too_short: Option<String>,
 }
 
 impl fmt::Display for SurveyReport<'_> {
@@ -218,7 +224,8 @@ impl fmt::Display for SurveyReport<'_> {
         }
         let rows = || self.rows.iter().copied();
         let count = |verdict| rows().filter(|row| row.verdict == verdict).count();
-        let seconds: f64 = rows().map(|row| row.seconds).sum();
+        // An empty sum is -0.
+        let seconds = 0.0 + rows().map(|row| row.seconds).sum::<f64>();
         writeln!(
             f,
             "{}, {:.1} min",
@@ -228,6 +235,7 @@ impl fmt::Display for SurveyReport<'_> {
         for verdict in Quality::ALL {
             writeln!(f, "  {:<12}{:>8}", verdict.as_str(), count(verdict))?;
         }
+        self.write_twins(f)?;
         write_kinds(f, "defects", rows().map(|row| &*row.reasons))?;
         write_kinds(
             f,
@@ -256,6 +264,35 @@ impl fmt::Display for SurveyReport<'_> {
     }
 }
 
+impl SurveyReport<'_> {
+    /// The number of near-duplicates with their reasons, and some of them with the command that shows both clips.
+    fn write_twins(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let twins: Vec<&ClipRow> = self.rows.iter().copied().filter(|row| row.twin).collect();
+        write!(f, "near-duplicates: {}", report::counted(twins.len(), "clip"))?;
+        let reasons = counts(twins.iter().filter_map(|row| row.twin_reason.as_deref()));
+        let reasons: Vec<String> = reasons
+            .iter()
+            .map(|(reason, count)| format!("{reason} {count}"))
+            .collect();
+        if !reasons.is_empty() {
+            write!(f, " ({})", reasons.join(", "))?;
+        }
+        writeln!(f)?;
+        // Copies with the same bytes look alike.
+        let is_copy = |row: &ClipRow| row.twin_reason.as_deref() == Some("bytes");
+        let (copies, others): (Vec<&ClipRow>, Vec<&ClipRow>) = twins.into_iter().partition(|row| is_copy(row));
+        for row in others.into_iter().chain(copies).take(TWINS) {
+            if let (Some(kept), Some(reason)) = (&row.twin_of, &row.twin_reason) {
+                writeln!(f, "  {reason:<10}  mocap view {} {}", quoted(&row.file), quoted(kept))?;
+            }
+        }
+        match &self.too_short {
+            Some(note) => writeln!(f, "  {note}"),
+            None => Ok(()),
+        }
+    }
+}
+
 /// The kinds of defects with their amounts, the worst first, as in `skate 18.1 cm`.
 fn reasons_of(row: &ClipRow) -> String {
     let with_amount = |name: &str| {
@@ -281,12 +318,7 @@ fn rounded(amount: f64) -> String {
 
 /// The number of clips with each kind, the most frequent first.
 fn write_kinds<'a>(f: &mut fmt::Formatter<'_>, title: &str, of_rows: impl Iterator<Item = &'a str>) -> fmt::Result {
-    let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
-    for kind in of_rows.flat_map(str::split_whitespace) {
-        *kinds.entry(kind).or_default() += 1;
-    }
-    let mut kinds: Vec<_> = kinds.into_iter().collect();
-    kinds.sort_by_key(|(kind, count)| (std::cmp::Reverse(*count), *kind));
+    let kinds = counts(of_rows.flat_map(str::split_whitespace));
     if !kinds.is_empty() {
         writeln!(f, "{title}")?;
     }
@@ -296,6 +328,25 @@ fn write_kinds<'a>(f: &mut fmt::Formatter<'_>, title: &str, of_rows: impl Iterat
     Ok(())
 }
 
+/// How often each word occurs, the most frequent first.
+fn counts<'a>(words: impl Iterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
+    let mut counts = std::collections::BTreeMap::<&str, usize>::new();
+    for word in words {
+        *counts.entry(word).or_default() += 1;
+    }
+    let mut counts: Vec<_> = counts.into_iter().collect();
+    counts.sort_by_key(|(word, count)| (std::cmp::Reverse(*count), *word));
+    counts
+}
+
+/// A path for a shell.
+fn quoted(file: &str) -> String {
+    match file.contains(|c: char| c.is_whitespace() || "\"'$&();<>|*?`\\".contains(c)) {
+        true => format!("'{}'", file.replace('\'', "'\\''")),
+        false => file.to_owned(),
+    }
+}
+
 /// The command that shows a clip, around the largest finding of its worst kind.
 fn look_at(row: &ClipRow) -> String {
     /// Seconds that are shown before and after the finding.
@@ -303,13 +354,7 @@ fn look_at(row: &ClipRow) -> String {
     let worst = row.reasons.split(' ').next().unwrap_or_default();
     let findings = row.defects.iter().filter(|defect| defect.kind.as_str() == worst);
     let largest = findings.max_by(|a, b| a.amount.total_cmp(&b.amount));
-    let file = match row
-        .file
-        .contains(|c: char| c.is_whitespace() || "\"'$&();<>|*?`\\".contains(c))
-    {
-        true => format!("'{}'", row.file.replace('\'', "'\\''")),
-        false => row.file.clone(),
-    };
+    let file = quoted(&row.file);
     let last = row.frames.saturating_sub(1) as usize;
     let around = (AROUND * row.rate.unwrap_or(0.0)) as usize;
     match largest.map(|finding| finding.frames) {

@@ -474,6 +474,22 @@ fn short_clips_are_compared_as_a_whole() {
 }
 
 #[test]
+fn the_summary_shows_near_duplicates() {
+    let folder = Folder::of_real(&[WALK, "rokoko_dance.bvh"]);
+    folder.write("copy.bvh", &folder.read(WALK));
+    folder.succeeds(&format!("convert {WALK} a_piece.bvh --trim 1..3.5"));
+    let summary = |arguments: &str| String::from_utf8(folder.run(arguments).stdout).unwrap();
+    let shown = summary("survey .");
+    let expected = format!(
+        "near-duplicates: 2 clips (bytes 1, piece 1)\n  piece       mocap view a_piece.bvh {WALK}\n  bytes       mocap view \
+         copy.bvh {WALK}\n"
+    );
+    assert!(shown.replace("./", "").contains(&expected), "{shown}");
+    let none = summary("survey . --where frames>1000000");
+    assert!(none.starts_with("0 clips, 0.0 min\n"), "{none}");
+}
+
+#[test]
 fn arms_that_are_held_out_are_a_t_pose() {
     // Computed with NumPy, the arms point sideways, 20 degrees from the horizontal, until frame 486 at 100 frames per
     // second.
