@@ -401,6 +401,17 @@ fn stated(up: UpAxis) -> Guess<UpAxis> {
 }
 
 impl Survey {
+    /// The unit of the file, stated or guessed.
+    #[doc(hidden)]
+    pub fn unit_of_file(&self) -> Assumption {
+        let stated = || Assumption {
+            reason: "the file states it".to_owned(),
+            confidence: Some(Confidence::Sure),
+            ..Assumption::new(Topic::Unit, Unit::of_metres(self.metres_per_unit).choice())
+        };
+        self.assumption(Topic::Unit).unwrap_or_else(stated)
+    }
+
     /// The guess about `topic`, if any.
     pub fn assumption(&self, topic: Topic) -> Option<Assumption> {
         let mut assumptions = self.assumptions().into_iter();

@@ -68,6 +68,13 @@ impl Unit {
         Self::ALL.into_iter().find(|unit| unit.as_str() == name)
     }
 
+    /// The unit of this number of metres: a known unit, if its length is within a thousandth.
+    pub(super) fn of_metres(metres: f64) -> Self {
+        let is_near = |unit: &Self| (metres / unit.metres() - 1.0).abs() < 1e-3;
+        let known = Self::ALL.into_iter().find(is_near);
+        known.unwrap_or_else(|| Self::measured(metres))
+    }
+
     /// The name that users type.
     pub const fn as_str(self) -> &'static str {
         match self {

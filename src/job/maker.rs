@@ -187,6 +187,12 @@ impl<'a> Maker<'a> {
         self.skeletons.iter().find_map(|skeleton| skeleton.shared(scene))
     }
 
+    /// Whether lengths in the output are in the unit of the motion.
+    #[doc(hidden)]
+    pub fn keeps_units(&self) -> bool {
+        self.form.keeps_units() && self.target.is_none() && self.job.write.space.metres_per_unit().is_none()
+    }
+
     /// Sets the up axis of the inputs, for a caller who knows it from other motions.
     #[must_use]
     pub fn up(mut self, up: UpAxis) -> Self {
@@ -390,6 +396,11 @@ impl<'a> Maker<'a> {
         let assumptions = scene.metadata.assumptions.clone();
         let mut source = SourceMotion::converted(scene);
         (source.bones, source.assumptions) = (Some(figure.humanoid.after(inserted)), assumptions);
+        if self.keeps_units() {
+            // Nothing is converted, so the unit is not told for one file. The units of many files may differ.
+            source.assumptions.retain(|known| known.topic != Topic::Unit);
+            source.assumptions.push(figure.survey.unit_of_file());
+        }
         source.whole = whole;
         Ok(source)
     }

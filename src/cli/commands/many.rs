@@ -210,7 +210,10 @@ impl FileTask for ClipGroup<'_> {
     fn summary(&self, records: &[&Record]) -> Vec<String> {
         let lost = self.lost();
         let what = match &self.job.target {
-            None => return Clips::of(records).units().into_iter().chain(lost).collect(),
+            None => {
+                let units = Clips::of(records).units(self.maker.keeps_units());
+                return units.into_iter().chain(lost).collect();
+            }
             Some(JobTarget::Robot(_)) => "motions on the robot",
             Some(_) => "clips on the character",
         };
@@ -488,13 +491,19 @@ impl Clips {
         self.up.iter().filter_map(one).collect()
     }
 
-    /// `unit: cm in 12 files, inch in 1 file`.
-    fn units(&self) -> Option<String> {
+    /// `unit: cm in 12 files, inch in 1 file`. If the outputs keep the units, equal units are not worth a line.
+    fn units(&self, are_kept: bool) -> Option<String> {
         let unit = |(unit, files): (&String, &usize)| {
             let noun = if *files == 1 { "file" } else { "files" };
             format!("{unit} in {files} {noun}")
         };
-        let units: Vec<String> = self.units.iter().map(unit).collect();
-        (!units.is_empty()).then(|| format!("unit: {}", units.join(", ")))
+        let units = self.units.iter().map(unit).collect::<Vec<_>>().join(", ");
+        match (are_kept, self.units.len()) {
+            (true, 2..) => Some(format!(
+                "warning: positions keep the unit of each file: {units}; --out-unit m makes them equal"
+            )),
+            (true, _) | (false, 0) => None,
+            (false, _) => Some(format!("unit: {units}")),
+        }
     }
 }

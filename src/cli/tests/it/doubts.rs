@@ -261,3 +261,25 @@ fn a_statement_that_the_file_contradicts_is_questioned() {
         }
     }
 }
+
+/// Positions keep the unit of their file, and the units of a folder may differ.
+#[test]
+fn a_folder_with_several_units_is_a_warning() {
+    let (cmu, cm) = ("cmu_12_01_walk.bvh", "mocopi_jump_six_channels.bvh");
+    let folder = Folder::of_real(&[cmu, cm, "perception_neuron_moving_positions.bvh"]);
+    let warning = "warning: positions keep the unit of each file: cm in 2 files, cmu in 1 file; --out-unit m makes them \
+                   equal";
+    for (command, warns) in [
+        ("convert . -o npz/ --to npz", true),
+        // The files of a former run count too.
+        ("convert . -o npz/ --to npz --resume", true),
+        ("convert . -o bvh/ --to bvh", true),
+        ("convert . -o metres/ --to npz --out-unit m", false),
+        ("convert . -o glb/ --to glb", false),
+        (&format!("convert {cm} -o one/ --to npz"), false),
+    ] {
+        let said = folder.succeeds(command);
+        assert_eq!(said.matches(warning).count(), usize::from(warns), "{command}: {said}");
+        assert_eq!(said.contains("keep the unit"), warns, "{command}: {said}");
+    }
+}
