@@ -490,6 +490,16 @@ fn the_summary_shows_near_duplicates() {
 }
 
 #[test]
+fn the_table_of_a_survey_is_not_a_motion() {
+    let folder = Folder::of_real(&[WALK]);
+    folder.succeeds(&format!("survey {WALK} -o rows.csv"));
+    for command in ["convert rows.csv out.bvh", "survey rows.csv"] {
+        folder.refuses(command, 1, "the table of a survey is not a motion");
+        folder.refuses(command, 1, "only as .jsonl: write it with --output rows.jsonl");
+    }
+}
+
+#[test]
 fn arms_that_are_held_out_are_a_t_pose() {
     // Computed with NumPy, the arms point sideways, 20 degrees from the horizontal, until frame 486 at 100 frames per
     // second.

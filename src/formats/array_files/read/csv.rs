@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use super::layouts::{BASE_OF_ROBOT, TABLE};
 use super::ndarray::{Bytes, Entries, Kind, NdArray};
-use super::point_rows::{PointRows, TABLES, floats};
+use super::point_rows::{PointRows, TABLES, floats, is_survey, table_of_survey};
 use crate::Failure;
 use crate::text::quote;
 use crate::warnings::Warnings;
@@ -256,6 +256,9 @@ fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failu
     records.names(&mut cells);
     let names: Vec<String> = cells.iter().map(|cell| cell.trim().to_owned()).collect();
     let Some(columns) = PointColumns::of(&names) else {
+        if is_survey(&names) {
+            return Err(Box::new(table_of_survey()));
+        }
         let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
         let message = "the table is not a motion: its columns are not positions";
         return Err(Box::new(

@@ -17,7 +17,7 @@ use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReader,
 use super::csv::{own_entries, rotation_columns};
 use super::layouts;
 use super::parquet_pages;
-use super::point_rows::TABLES;
+use super::point_rows::{TABLES, is_survey, table_of_survey};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
@@ -109,6 +109,7 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
             let found = no_motion(message, format!("the columns {}", names.join(", ")));
             Err(Box::new(found.help("pack the motions with the table clips")))
         }
+        None if is_survey(&names) => Err(Box::new(table_of_survey())),
         None => {
             let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
             Err(no_motion(

@@ -16,6 +16,21 @@ use crate::warnings::Warnings;
 pub(super) const TABLES: &str = "motion tables come from mocap fk, or have positions: the columns frame, joint, x, y, \
     z, or for each point NAME_x, NAME_y, NAME_z";
 
+/// Whether these are the columns of a survey's table.
+pub(super) fn is_survey(names: &[String]) -> bool {
+    names
+        .iter()
+        .map(String::as_str)
+        .take(4)
+        .eq(["file", "clip", "error", "verdict"])
+}
+
+/// The diagnostic for the table of a survey.
+pub(super) fn table_of_survey() -> Diagnostic {
+    Diagnostic::new(Code::MissingKeyword, "the table of a survey is not a motion")
+        .help("a survey reads its table again only as .jsonl: write it with {output} rows.jsonl")
+}
+
 /// The largest number of missing positions for each present one. Otherwise a table with distant frame numbers would
 /// fill the memory.
 const MOST_GAPS: usize = 64;
