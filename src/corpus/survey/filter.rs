@@ -191,13 +191,32 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
+    /// The expression with the words of expressions in place of the signs of programming languages, as help.
+    fn respelled(&self) -> Option<String> {
+        let mut text = self.text.replace("!=", "\0").replace("==", "=").replace('!', " not ");
+        for (signs, word) in [(["&&", "&"], " and "), (["||", "|"], " or ")] {
+            text = signs.iter().fold(text, |text, sign| text.replace(sign, word));
+        }
+        let text = text
+            .replace('\0', "!=")
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        let is_valid = |text: &String| text.parse::<Condition>().is_ok();
+        (text != self.text).then_some(text).filter(is_valid)
+    }
+
     fn refused(&self, expected: &str, found: &Word) -> Error {
         let message = format!(
             "{{where}} \"{}\": unexpected word at column {}",
             self.text, found.column
         );
         let error = Diagnostic::new(Code::InvalidValue, message);
-        error.expected_found(expected, format!("\"{}\"", found.text)).into()
+        let error = error.expected_found(expected, format!("\"{}\"", found.text));
+        match self.respelled() {
+            Some(text) => error.help(format!("did you mean \"{text}\"?")).into(),
+            None => error.into(),
+        }
     }
 
     fn ended(&self, expected: &str) -> Error {
@@ -263,7 +282,10 @@ impl Parser<'_> {
             let message = format!("{{where}}: \"{}\" is no column", word.text);
             let help = match nearest {
                 Some(name) => format!("did you mean {name}?"),
-                None => "docs/survey-columns.md lists the columns".to_owned(),
+                None => match self.respelled() {
+                    Some(text) => format!("did you mean \"{text}\"?"),
+                    None => "docs/survey-columns.md lists the columns".to_owned(),
+                },
             };
             return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
         };

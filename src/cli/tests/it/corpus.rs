@@ -87,6 +87,14 @@ fn expressions_say_where_they_are_wrong() {
         ("", "ends too early"),
         ("skate ~ 1", "column 7"),
         ("<", "is no column"),
+        (
+            "verdict == good and !twin",
+            "did you mean \"verdict = good and not twin\"?",
+        ),
+        (
+            "twin && skate<1 || verdict != bad",
+            "did you mean \"twin and skate<1 or verdict != bad\"?",
+        ),
     ] {
         let error = text.parse::<Condition>().unwrap_err().to_string();
         assert!(error.contains(expected), "{text}: {error}");
