@@ -178,14 +178,15 @@ impl Corpus {
 
     /// Keeps `count` clips that are as different as possible, by farthest-point sampling of the
     /// [descriptors](Self::descriptors). The sampling begins with the clip nearest to the mean. With `by_quality`, the
-    /// selection skips bad clips and near-duplicates.
+    /// selection skips bad clips and near-duplicates. It never chooses a pose file, which has no motion.
     pub fn select(&mut self, count: usize, by_quality: bool) {
         let descriptors = self.descriptors();
         let is_good = |index: &usize| {
             let row = &self.clips[*index].row;
             row.verdict < Quality::Bad && !row.twin
         };
-        let all: Vec<usize> = (0..self.clips.len()).collect();
+        let moves = |index: &usize| !self.clips[*index].row.has_property(DefectKind::PoseFile);
+        let all: Vec<usize> = (0..self.clips.len()).filter(moves).collect();
         let good: Vec<usize> = all.iter().copied().filter(is_good).collect();
         let allowed = if by_quality { good } else { all };
         let chosen: BTreeSet<usize> = select::farthest_points(&descriptors, &allowed, count)

@@ -498,6 +498,21 @@ fn the_summary_shows_near_duplicates() {
 }
 
 #[test]
+fn a_pose_file_is_not_selected() {
+    let folder = Folder::of_real(&[WALK, "makehuman_fly_one_frame.bvh"]);
+    for (options, count) in [
+        ("--select 2", 1),
+        ("--select 2 --by diversity", 1),
+        ("--select 2 --by diversity --threshold pose-file=inf", 2),
+    ] {
+        folder.succeeds(&format!("survey . {options} -o chosen.txt --force"));
+        let chosen = String::from_utf8(folder.read("chosen.txt")).unwrap();
+        assert_eq!(chosen.lines().count(), count, "{options}: {chosen}");
+        assert!(chosen.contains(WALK), "{options}: {chosen}");
+    }
+}
+
+#[test]
 fn the_table_of_a_survey_is_not_a_motion() {
     let folder = Folder::of_real(&[WALK]);
     folder.succeeds(&format!("survey {WALK} -o rows.csv"));
