@@ -523,9 +523,15 @@ impl WriteOptions {
 pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: {retime} 30";
 
 impl ReadOptions {
-    /// The frame rate in frames per second: the caller's, or else the file's if it is possible.
+    /// The frame rate in frames per second: the caller's, or else the file's if it is possible. NaN is no frame rate.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let rate = self.retime.unwrap_or(stated);
+        if rate.is_nan() {
+            let error = Diagnostic::new(Code::FrameTime, "the file states no frame rate");
+            return Err(Box::new(
+                error.help("state it: {fps} 30; a command without {fps} takes {retime} 30"),
+            ));
+        }
         limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| Box::new(diagnostic.help(STATE_THE_RATE)))
     }
 

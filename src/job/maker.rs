@@ -320,6 +320,11 @@ impl<'a> Maker<'a> {
         };
         let import = |importer: &Importer| self.files.import(importer, motion);
         let mut scene = importer.at_rate(self.job.source.frames.fps, import)?;
+        if motion.is_dir() {
+            hear(Notice::Note(&spelled(
+                "the files of this folder make one take; for one file each, name a folder: {output} FOLDER {to} glb",
+            )));
+        }
         say_warnings(&mut scene, motion, hear);
         meshes::draw_anew(&self.job, self.format(), &mut scene);
         let takes_one = !self.job.steps.is_empty() || self.is_onto_robot();

@@ -9,7 +9,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::check_confined;
 use mocap_scene::limits::Limits;
 use mocap_scene::report::counted;
-use mocap_scene::scene::Scene;
+use mocap_scene::scene::{Assumption, Confidence, Scene, Topic};
 
 use super::Importer;
 
@@ -19,7 +19,7 @@ const PERSONS: [&str; 3] = ["subj", "person", "id"];
 /// File extensions of arrays.
 const EXTENSIONS: [&str; 4] = ["npz", "npy", "pkl", "pickle"];
 
-/// The largest number of file names in an error.
+/// The largest number of file names or frame numbers in a message.
 const NAMED: usize = 5;
 
 impl Importer {
@@ -49,8 +49,12 @@ impl Importer {
         // Sorts by number, or by name if some names have no number.
         files.sort_unstable();
         let mut frames = BodyFrames::default();
+        let mut numbers = Vec::new();
         for (place, (number, path)) in (0..).zip(&files) {
             let frame = number.filter(|_| has_numbers).unwrap_or(place);
+            if numbers.last() != Some(&frame) {
+                numbers.push(frame);
+            }
             let read = frames.read(frame, &self.open(path)?, &self.read.limits);
             read.map_err(|error| error.with_path(path))?;
         }
@@ -59,11 +63,33 @@ impl Importer {
             ..Source::of_bytes(&[], folder)
         };
         self.check_rates(&source)?;
-        let scene = frames
-            .scene(&self.read)
-            .and_then(|scene| self.finish(scene, &source, String::new()));
+        let scene = frames.scene(&self.read).and_then(|mut scene| {
+            scene.metadata.assumptions.push(Assumption {
+                reason: match has_numbers {
+                    true => "their names have numbers",
+                    false => "the folder has no other files",
+                }
+                .to_owned(),
+                confidence: Some(Confidence::Likely),
+                ..Assumption::new(Topic::Layout, one_take(files.len(), &numbers))
+            });
+            self.finish(scene, &source, String::new())
+        });
         scene.map_err(|error| error.with_path(folder))
     }
+}
+
+/// `3 files are the frames 0, 1, 2 of one take`.
+fn one_take(files: usize, numbers: &[u64]) -> String {
+    let named: Vec<String> = match numbers {
+        [first, .., last] if numbers.len() > NAMED => vec![first.to_string(), "...".to_owned(), last.to_string()],
+        numbers => numbers.iter().map(u64::to_string).collect(),
+    };
+    format!(
+        "{} are the frames {} of one take",
+        counted(files, "file"),
+        named.join(", ")
+    )
 }
 
 /// Refuses a folder of frames that also has motions, because the motions would be lost.

@@ -283,3 +283,27 @@ fn a_folder_with_several_units_is_a_warning() {
         assert_eq!(said.contains("keep the unit"), warns, "{command}: {said}");
     }
 }
+
+/// The files of a pose estimator may be frames of one take, or poses.
+#[test]
+fn a_folder_of_frames_says_that_it_is_one_take() {
+    let folder = Folder::of_real(&[]);
+    let body = std::fs::read(at_root("fixtures/arrays/sam3d_body.npz")).unwrap();
+    std::fs::create_dir(folder.path("frames")).unwrap();
+    for frame in 0..3 {
+        folder.write(&format!("frames/img_{frame}.npz"), &body);
+    }
+    let refused = folder.ends_with(1, "convert frames take.glb");
+    assert!(
+        refused.contains("the file states no frame rate") && refused.contains("--fps 30"),
+        "{refused}"
+    );
+    let said = folder.succeeds("convert frames take.glb --fps 30");
+    assert!(said.contains("3 files are the frames 0, 1, 2 of one take"), "{said}");
+    assert!(said.contains("name a folder: --output FOLDER --to glb"), "{said}");
+    let said = folder.succeeds("convert frames --output each --to glb");
+    assert!(
+        said.contains("3 of 3 files converted") && !said.contains("one take"),
+        "{said}"
+    );
+}
