@@ -359,10 +359,9 @@ fn height(work: &Work<'_>) -> f64 {
 /// The positions of the points that show the height of the ground, by kind.
 fn tracks_of_feet(work: &Work<'_>) -> [Vec<Vec<Vec3>>; 3] {
     let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
-    points
-        .nodes
-        .each_ref()
-        .map(|nodes| tracks(&work.frames, work.scene, nodes))
+    // One pass over the frames for all kinds, because the poses take most of the time.
+    let mut all = tracks(&work.frames, work.scene, &points.nodes.concat()).into_iter();
+    points.nodes.map(|nodes| all.by_ref().take(nodes.len()).collect())
 }
 
 /// Fits a floor to the feet.

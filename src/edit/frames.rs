@@ -465,8 +465,26 @@ pub(super) fn tracks(frames: &Frames, scene: &Scene, nodes: &[NodeId]) -> Vec<Ve
     let mut pose = Pose::rest(scene);
     // A clone of an empty list has no capacity.
     let mut tracks: Vec<Vec<Vec3>> = nodes.iter().map(|_| Vec::with_capacity(frames.len())).collect();
+    // Parents come first. Only the nodes above are posed: feet need no arms and fingers.
+    let parent = |index: usize| Some(scene.nodes[index].parent?.index()).filter(|parent| *parent < index);
+    let mut is_above = vec![false; scene.nodes.len()];
+    nodes.iter().for_each(|node| is_above[node.index()] = true);
+    for index in (0..scene.nodes.len()).rev() {
+        if let Some(parent) = parent(index).filter(|_| is_above[index]) {
+            is_above[parent] = true;
+        }
+    }
+    let above: Vec<usize> = (0..scene.nodes.len()).filter(|index| is_above[*index]).collect();
     for frame in 0..frames.len() {
-        frames.pose(frame, &mut pose);
+        for &index in &above {
+            if let Some(column) = frames.columns[index] {
+                pose.node_to_parent[index] = frames.at(frame, column).matrix();
+            }
+            pose.node_to_world[index] = match parent(index) {
+                Some(parent) => pose.node_to_world[parent] * pose.node_to_parent[index],
+                None => pose.node_to_parent[index],
+            };
+        }
         for (track, node) in tracks.iter_mut().zip(nodes) {
             track.push(pose.position(*node));
         }
