@@ -205,7 +205,19 @@ impl<'a> Frames<'a> {
 
     /// The rotations, frame by frame, of the node at `column` of [`nodes`](Self::nodes).
     pub(super) fn rotations(&self, column: usize) -> impl Iterator<Item = Quat> {
-        (0..self.len()).map(move |frame| self.tracks[column].rotation.at(frame))
+        (0..self.len()).map(move |frame| self.rotation(frame, column))
+    }
+
+    /// The rotation of the node at `column` of [`nodes`](Self::nodes).
+    #[inline]
+    pub(super) fn rotation(&self, frame: usize, column: usize) -> Quat {
+        self.tracks[column].rotation.at(frame)
+    }
+
+    /// The translation of the node at `column` of [`nodes`](Self::nodes).
+    #[inline]
+    pub(super) fn translation(&self, frame: usize, column: usize) -> Vec3 {
+        self.tracks[column].translation.at(frame)
     }
 
     /// Sets the rotations of the node at `column` of [`nodes`](Self::nodes), frame by frame.
@@ -218,7 +230,7 @@ impl<'a> Frames<'a> {
 
     /// The translations, frame by frame, of the node at `column` of [`nodes`](Self::nodes).
     pub(super) fn translations(&self, column: usize) -> impl Iterator<Item = Vec3> {
-        (0..self.len()).map(move |frame| self.tracks[column].translation.at(frame))
+        (0..self.len()).map(move |frame| self.translation(frame, column))
     }
 
     /// The column of a node in [`nodes`](Self::nodes). `None` if the values of the node are not stored here.

@@ -192,7 +192,7 @@ impl Gaps {
             self.with(window, 1.0, |both| {
                 for (left, part) in left.iter_mut().zip(&self.parts) {
                     let steps = steps(part, window);
-                    left.push([&both.as_is, &both.apart].map(|contrasts| square(contrasts.of(steps))));
+                    left.push([square(both.as_is.of(steps)), square(both.apart.of(steps))]);
                 }
             });
         }
@@ -258,10 +258,8 @@ impl Gaps {
         let sum = self.with(window, by, |both| {
             let of_part = |(part, usual): (&Vec<Vec3A>, &Vec<f32>)| {
                 let steps = steps(part, window);
-                speaks(
-                    [&both.as_is, &both.apart].map(|contrasts| square(contrasts.of(steps))),
-                    usual[window],
-                )
+                let left = [square(both.as_is.of(steps)), square(both.apart.of(steps))];
+                speaks(left, usual[window])
             };
             self.parts.iter().zip(&self.usual).map(of_part).sum::<f32>()
         });

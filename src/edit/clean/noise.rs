@@ -281,16 +281,18 @@ impl<'a> Spans<'a> {
         let of_white: f64 = (1..=order)
             .map(|n| (2 * n * (2 * n - 1)) as f64 / (n * n) as f64)
             .product();
+        // The bits of non-negative numbers have the same order as the numbers, and are faster to compare.
+        let mut sizes = Vec::with_capacity(3 * differences.len());
+        for difference in differences {
+            let size = difference.abs();
+            sizes.extend_from_slice(&[size.x.to_bits(), size.y.to_bits(), size.z.to_bits()]);
+        }
         let mut of_span = Vec::with_capacity(3 * self.span);
         let mut deviation = |index: usize| {
             let from = (index * self.span / 2).min(differences.len().saturating_sub(self.span));
             let to = (from + self.span).min(differences.len());
-            // The bits of non-negative numbers have the same order as the numbers, and are faster to compare.
-            let sizes = differences[from..to]
-                .iter()
-                .flat_map(|d| d.abs().to_array().map(f64::to_bits));
             of_span.clear();
-            of_span.extend(sizes);
+            of_span.extend_from_slice(&sizes[3 * from..3 * to]);
             let rank = of_span.len().saturating_sub(1) / 2;
             let middle = match of_span.is_empty() {
                 true => 0.0,

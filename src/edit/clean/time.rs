@@ -273,10 +273,16 @@ impl<'a> Steps<'a> {
     }
 
     fn part(&self, frame: usize, part: usize) -> Vec3 {
-        let [from, to] = [frame - 1, frame].map(|frame| self.frames.at(frame, part / 2));
+        let column = part / 2;
         match part % 2 {
-            0 => log(from.rotation.inverse() * to.rotation),
-            _ => (to.translation - from.translation) * self.per_unit,
+            0 => {
+                let rotation = |frame: usize| self.frames.rotation(frame, column);
+                log(rotation(frame - 1).inverse() * rotation(frame))
+            }
+            _ => {
+                let translation = |frame: usize| self.frames.translation(frame, column);
+                (translation(frame) - translation(frame - 1)) * self.per_unit
+            }
         }
     }
 
