@@ -141,7 +141,7 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
 /// A motion with the range of frames in which defects are searched.
 fn started<'a>(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Motion<'a>> {
     let mut motion = Motion::new(scene, animation, figure)?;
-    motion.starts = defects::starts(&motion);
+    motion.starts = defects::searched(&motion).start;
     Ok(motion)
 }
 
@@ -262,8 +262,8 @@ fn jerk(motion: &Motion) -> Option<f64> {
     let joints: Vec<usize> = (0..motion.nodes()).filter(|node| motion.is_joint[*node]).collect();
     for frame in motion.first + 3..motion.frames {
         for &node in &joints {
-            let [a, b, c, d] = [3, 2, 1, 0].map(|before| motion.at(frame - before, node).as_dvec3());
-            sum += (d - a + 3.0 * (b - c)).length_squared();
+            let at = |before: usize| motion.at(frame - before, node).as_dvec3();
+            sum += (at(0) - at(3) + 3.0 * (at(2) - at(1))).length_squared();
             count += 1;
         }
     }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use mocap_edit::MotionErrors;
 use mocap_scene::scene::report::DataLoss;
 
-pub(super) use self::still::{is_t_pose, starts, stops};
+pub(super) use self::still::{is_t_pose, searched};
 use super::motion::Motion;
 use super::row::Defect;
 use super::thresholds::{DefectKind, Thresholds};

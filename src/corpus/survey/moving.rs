@@ -18,8 +18,9 @@ const LEAST: usize = 8;
 pub(super) fn moving_frames(scene: &Scene, motion: &Motion) -> Option<Vec<usize>> {
     let longest = motion.frames_in(LONGEST);
     let mut moves = vec![true; motion.frames];
-    moves[..defects::starts(motion)].fill(false);
-    moves[defects::stops(motion)..].fill(false);
+    let searched = defects::searched(motion);
+    moves[..searched.start].fill(false);
+    moves[searched.end..].fill(false);
     for [from, to] in super::spans(motion.frames, |frame| motion.held[frame]) {
         if to + 1 - from > longest {
             moves[from..=to].fill(false);

@@ -1,5 +1,7 @@
 //! Frames in which nothing moves, joints that hold one pose, and T-poses within the motion.
 
+use std::ops::Range;
+
 use glam::{Quat, Vec3};
 use mocap_scene::math::median::median;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -115,20 +117,19 @@ pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<
     }
 }
 
-/// The first frame in which defects are searched: after rest poses and a T-pose at the beginning of the clip.
-pub(in crate::survey) fn starts(motion: &Motion) -> usize {
-    let Some(body) = &motion.body else { return motion.first };
-    let first = t_poses(motion, body).first().copied();
+/// The frames in which defects are searched: after rest poses and a T-pose at the beginning of the clip, and before a
+/// T-pose at its end.
+pub(in crate::survey) fn searched(motion: &Motion) -> Range<usize> {
+    let Some(body) = &motion.body else {
+        return motion.first..motion.frames;
+    };
+    let t_poses = t_poses(motion, body);
+    let first = t_poses.first().copied();
     let after = first.filter(|[from, to]| begins(motion, body, *from) && to + 1 < motion.frames);
-    after.map_or(motion.first, |[_, to]| motion.first.max(to + 1))
-}
-
-/// The frame after the last frame in which defects are searched: before a T-pose at the end of the clip.
-pub(in crate::survey) fn stops(motion: &Motion) -> usize {
-    let Some(body) = &motion.body else { return motion.frames };
-    let last = t_poses(motion, body).last().copied();
-    let before = last.filter(|[from, to]| ends(motion, body, *to) && *from > starts(motion));
-    before.map_or(motion.frames, |[from, _]| from)
+    let starts = after.map_or(motion.first, |[_, to]| motion.first.max(to + 1));
+    let last = t_poses.last().copied();
+    let before = last.filter(|[from, to]| ends(motion, body, *to) && *from > starts);
+    starts..before.map_or(motion.frames, |[from, _]| from)
 }
 
 /// Whether a T-pose at `frame` is at the beginning of the clip. A T-pose into which the body snaps counts as within the
@@ -195,11 +196,13 @@ fn has_arms_out(motion: &Motion, body: &Body, frame: usize, arm: f32) -> bool {
     let points = |side: Side| {
         let along = if side == Side::Left { left } else { -left };
         let on = |bone: Bone| bone.on(side);
-        let upper = between(on(Bone::LeftUpperArm), on(Bone::LeftLowerArm))?.dot(along);
-        let lower = between(on(Bone::LeftLowerArm), on(Bone::LeftHand))?.dot(along);
-        let thigh = -between(on(Bone::LeftUpperLeg), on(Bone::LeftLowerLeg))?.y;
-        let shin = -between(on(Bone::LeftLowerLeg), on(Bone::LeftFoot))?.y;
-        Some(upper > arm && lower > arm && thigh > LEG && shin > LEG)
+        // Few frames have an arm out, so the other limbs are hardly ever looked at.
+        Some(
+            between(on(Bone::LeftUpperArm), on(Bone::LeftLowerArm))?.dot(along) > arm
+                && between(on(Bone::LeftLowerArm), on(Bone::LeftHand))?.dot(along) > arm
+                && -between(on(Bone::LeftUpperLeg), on(Bone::LeftLowerLeg))?.y > LEG
+                && -between(on(Bone::LeftLowerLeg), on(Bone::LeftFoot))?.y > LEG,
+        )
     };
     let mut sides = Side::ALL.into_iter().map(points);
     sides.all(|points| points == Some(true)) && body.trunk(motion, frame).y > TRUNK

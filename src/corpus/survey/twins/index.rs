@@ -128,8 +128,8 @@ impl Index {
         }
         let mut along = [0.0; BITS];
         for (projection, value) in self.projections.iter().zip(values) {
-            for (sum, factor) in along.iter_mut().zip(projection) {
-                *sum += factor * value;
+            for bit in 0..BITS {
+                along[bit] += projection[bit] * value;
             }
         }
         Some(along)
