@@ -38,10 +38,7 @@ pub const ABOUT: &[(&str, &str)] = &[
     ("survey threshold", "Threshold from which a clip is bad: skate=2"),
     ("target", "The program whose unit, axes and frame rate to write"),
     ("through", "Clips to walk through in this order; CLIP@SECONDS is a time"),
-    (
-        "time-scale",
-        "Speed: auto, as slow as the robot's limits need; or a factor",
-    ),
+    ("time-scale", "Speed: auto, by the robot; or a factor"),
     ("to", "Format of the files in an output folder"),
     ("trim", "Part to keep: A..B in seconds, or Af..Bf in frames"),
     ("unit", "Unit of the input: auto, m, dm, cm, mm, inch, cmu"),

@@ -301,15 +301,14 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "score",
-        about: "Score a robot's motion, from any program, against its reference motion: position errors, foot sliding, \
-                penetration, self-collision, jerk, limits; and a verdict",
+        about: "Score a robot's motion, from any program, against its reference",
         files: &[
-            input("source", "The reference: a motion of a person, or of the robot in body"),
-            input("result", "The robot's motion that follows the reference"),
-            option("robot", true, "The robot that moves: .urdf, or .xml of MuJoCo"),
-            option("body", false, "The robot of the reference, if a robot moves in it"),
+            input("source", "The reference: of a person, or of the robot in body"),
+            input("result", "The robot's motion"),
+            option("robot", true, "The robot: .urdf, or .xml of MuJoCo"),
+            option("body", false, "The robot of the reference"),
         ],
-        options: &["unit", "up", "map", "from"],
+        options: &[],
         answer: answers::scored,
     },
     Tool {
