@@ -443,6 +443,7 @@ fn short_clips_are_compared_as_a_whole() {
         &format!("convert {other} short/other_walk.bvh --trim 1..2.2"),
         "edit short/walk.bvh -o short/mirrored.bvh --step mirror",
         "convert short/walk.bvh short/resampled.bvh --fps 25",
+        "convert short/walk.bvh short/retimed.bvh --retime 128",
         &format!("convert {WALK} tiny/step.bvh --trim 3..3.6"),
         "convert tiny/step.bvh tiny/resampled.bvh --fps 25",
     ] {
@@ -452,10 +453,6 @@ fn short_clips_are_compared_as_a_whole() {
         std::fs::create_dir_all(folder.path(path.unwrap()).parent().unwrap()).unwrap();
         folder.succeeds(command);
     }
-    let text = String::from_utf8(folder.read("short/walk.bvh")).unwrap();
-    let retimed = text.replace("Frame Time: 0.00833333", "Frame Time: 0.0078");
-    assert_ne!(text, retimed);
-    folder.write("short/retimed.bvh", retimed.as_bytes());
     folder.succeeds("survey short -o rows.json");
     let rows: Vec<serde_json::Value> = serde_json::from_slice(&folder.read("rows.json")).unwrap();
     let groups: Vec<(String, bool)> = rows

@@ -270,12 +270,12 @@ fn a_folder_with_several_units_is_a_warning() {
     let warning = "warning: positions keep the unit of each file: cm in 2 files, cmu in 1 file; --out-unit m makes them \
                    equal";
     for (command, warns) in [
-        ("convert . -o npz/ --to npz", true),
+        ("convert *.bvh -o npz/ --to npz", true),
         // The files of a former run count too.
-        ("convert . -o npz/ --to npz --resume", true),
-        ("convert . -o bvh/ --to bvh", true),
-        ("convert . -o metres/ --to npz --out-unit m", false),
-        ("convert . -o glb/ --to glb", false),
+        ("convert *.bvh -o npz/ --to npz --resume", true),
+        ("convert *.bvh -o bvh/ --to bvh", true),
+        ("convert *.bvh -o metres/ --to npz --out-unit m", false),
+        ("convert *.bvh -o glb/ --to glb", false),
         (&format!("convert {cm} -o one/ --to npz"), false),
     ] {
         let said = folder.succeeds(command);
