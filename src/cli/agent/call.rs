@@ -44,6 +44,7 @@ impl Call<'_> {
             Command::Skeleton(args) => return commands::skeleton::summary(args).map(Answer::new),
             Command::Check(args) => return commands::check::result(args).map(brief::checked),
             Command::Verify(args) => return self.verify(commands::verify::result(args)?),
+            Command::Score(args) => return commands::score::result(args).map(Answer::new),
             Command::Find(args) => {
                 let found = commands::find::summary(args)?;
                 return Ok(Answer::new(json!({"found": found})));

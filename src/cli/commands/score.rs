@@ -30,6 +30,15 @@ impl fmt::Display for Scored {
 }
 
 pub(crate) fn run(args: &ScoreArgs) -> Result<(), Failure> {
+    print_report(&Scored(scored(args)?), args.json, Place::Result)
+}
+
+/// The answer for an agent.
+pub(crate) fn result(args: &ScoreArgs) -> Result<serde_json::Value, Failure> {
+    Ok(super::value(&scored(args)?))
+}
+
+fn scored(args: &ScoreArgs) -> Result<RobotReport, Failure> {
     let robot = Importer::new().import_robot(&args.robot)?;
     report::warnings(Some(&args.robot), &robot.warnings);
     let scene = streams::import(&Importer::new().body(&args.robot), &args.output)?;
@@ -40,6 +49,5 @@ pub(crate) fn run(args: &ScoreArgs) -> Result<(), Failure> {
     let bones = args.map.map.as_ref().map(BoneMap::bones).transpose()?;
     let options = RetargetOptions::new().source_bones(bones.unwrap_or_default());
     let found = Retargeter::onto(robot, options)?.judge(reference, &motion);
-    let found = found.map_err(|error| error.with_path(&args.source))?;
-    print_report(&Scored(found), args.json, Place::Result)
+    Ok(found.map_err(|error| error.with_path(&args.source))?)
 }

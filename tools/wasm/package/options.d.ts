@@ -126,7 +126,7 @@ export interface RobotTargetOptions {
   passes?: 1 | 2;
   /**
    * Playback speed: auto slows a motion down just as far as the robot's limits of velocity and effort need, and a factor sets
-   * the speed. The frame rate does not change. Default: `"1"`.
+   * the speed. The frame rate does not change.
    */
   timeScale?: TimeScale;
 }
@@ -888,7 +888,7 @@ export interface RobotTarget {
   scale?: Scale;
   /**
    * Playback speed: auto slows a motion down just as far as the robot's limits of velocity and effort need, and a factor sets
-   * the speed. The frame rate does not change. Default: `"1"`.
+   * the speed. The frame rate does not change.
    */
   "time-scale"?: TimeScale;
   /** Keep joints within the velocity limits of the robot's file, also with one pass. */
