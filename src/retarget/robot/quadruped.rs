@@ -4,30 +4,30 @@
 //! foot in stance keeps its place. The shift that this needs fades in the air before and after. The solver of the first
 //! pass bends the legs within their limits. Then joints that would be too fast start earlier and end later.
 
+mod judge;
+
 use glam::{DQuat, DVec3};
 use mocap_figure::Figure;
 use mocap_figure::animal::{AnimalFrame, AnimalTrack, RETURN, shifts};
 use mocap_figure::report::Quadruped;
 use mocap_figure::robot_bones::sole::SoleBall;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::{Placement, Robot};
-use mocap_scene::scene::{Animation, HumanoidBone as Bone, Scene};
+use mocap_scene::scene::{Animation, Scene};
 
 use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::floor::{Floor, smooth};
 use super::four_legs::{RobotLeg, RobotLegs};
 use super::kinematics::{Kinematics, RobotPose};
-use super::measure::{SoleSpeed, raised, standing};
+use super::measure::raised;
 use super::motion::{RobotMotion, rate};
 use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued, own_motion};
-use super::robot_report::{self, ObservedFrames, RobotReport};
+use super::robot_report::RobotReport;
 use super::solver::{Bounds, Solver};
-use super::speed::{EXPLAINED, JUMP, WINDOW, within_steps};
+use super::speed::within_steps;
 use super::terms::{Goals, Reach, RotationGoal, Terms};
 use crate::Scale;
-use crate::quality::{LimbError, RetargetReport};
 
 /// The weight of the base, in 1/rad^2 and 1/m^2: a hundredth of a foot's weight, so that feet come first.
 const BASE: f64 = 3.0;
@@ -65,9 +65,6 @@ const NEAR_ZERO: f64 = 0.15;
 
 /// The largest velocity of a joint whose file states no limit, in rad/s. Motors of such robots reach 20 to 30.
 const FASTEST: f64 = 25.0;
-
-/// The parts of the motion that a robot with four legs does not perform.
-const LEFT_OUT: &str = "neck, head, tail and bends of the spine";
 
 /// Retargets the motions of one animal to a robot with four legs.
 #[derive(Clone, Debug)]
@@ -123,8 +120,8 @@ impl QuadrupedRetargeter {
         })
     }
 
-    /// Retargets an animation of `source` to the robot, and reports its quality. Also returns the source at the speed of
-    /// the motion, if this is another speed.
+    /// Retargets an animation of `source` to the robot, and reports its quality. Also returns the source at the speed
+    /// of the motion, if this is another speed.
     ///
     /// # Errors
     /// [`Code::LimitExceeded`] if the time scale makes the motion far longer.
@@ -407,99 +404,6 @@ impl QuadrupedRetargeter {
             heights.push(self.legs.legs.each_ref().map(|leg| leg.sole_height(pose)));
         });
         heights
-    }
-
-    /// The report of a motion. `steps` is the factor of its steps relative to the source.
-    fn report(&self, track: &AnimalTrack, motion: &RobotMotion, steps: f64) -> RobotReport {
-        let legs = &self.legs.legs;
-        let mut limbs: Vec<LimbError> = Vec::new();
-        let mut speed = SoleSpeed::<4>::new(motion.fps);
-        let frames = motion.frames().max(1) as f64;
-        self.poses(motion, |frame, pose| {
-            let stands = |frame: usize, index: usize| track.contacts[frame][index];
-            let mut at = 0;
-            let mut add = |bone: Bone, is: DVec3, was: DVec3| {
-                let angle = is.angle_between(was).to_degrees();
-                if frame == 0 {
-                    limbs.push(LimbError {
-                        bone,
-                        mean_degrees: 0.0,
-                        max_degrees: 0.0,
-                        tick: 0.0,
-                    });
-                }
-                let limb = &mut limbs[at];
-                limb.mean_degrees += angle / frames;
-                if angle > limb.max_degrees {
-                    (limb.max_degrees, limb.tick) = (angle, frame as f64);
-                }
-                at += 1;
-            };
-            for (index, leg) in legs.iter().enumerate() {
-                for (bone, is, was) in leg.directions(pose, &track.frames[frame], index) {
-                    add(bone, is, was);
-                }
-                let points = leg.sole.iter().map(|ball| pose.bodies[leg.body()].point(ball.centre));
-                let is_held = frame > 0 && stands(frame, index) && stands(frame - 1, index);
-                speed.add(index, points.collect(), is_held);
-            }
-        });
-        let heights = self.heights(motion);
-        let guessed = legs.iter().filter(|leg| !leg.is_shown).map(|leg| {
-            let link = self.robot.moving_joints()[leg.body() - 1];
-            format!("the sole of {}, which has no shape", self.robot.links[link].name)
-        });
-        let lying = track
-            .frames
-            .iter()
-            .filter(|frame| (frame.rotation * DVec3::Z).z < 0.5)
-            .count();
-        let mut report = robot_report::report(
-            &self.robot,
-            motion,
-            ObservedFrames {
-                found: RetargetReport::of_limbs(motion.name.clone(), motion.frames(), steps, limbs),
-                source_skate: track.skate(motion.fps),
-                skate: speed.mean(),
-                lowest: heights.iter().map(lowest).collect(),
-                depths: Vec::new(),
-                standing: standing(&heights, &track.contacts),
-                collisions: self.collisions.measure(&self.kinematics, motion),
-                roll: None,
-                trunk: None,
-                lying: lying as f64 / frames,
-                jumps: self.fraction_of_jumps(track, motion),
-                unmeasured_limbs: 0,
-                guessed: guessed.collect(),
-                dynamics: feasibility(&self.robot, &self.kinematics, &self.soles(), motion),
-                has_legs: true,
-            },
-        );
-        report.left_out = vec![LEFT_OUT.to_owned()];
-        report
-    }
-
-    /// The fraction of frames after which a joint of a leg jumps without a cause in the source.
-    fn fraction_of_jumps(&self, track: &AnimalTrack, motion: &RobotMotion) -> f64 {
-        let window = (WINDOW * motion.fps).round().max(1.0) as usize;
-        let frames = motion.frames().saturating_sub(window);
-        let jumps = |frame: usize| {
-            let (from, to) = (&track.frames[frame], &track.frames[frame + window]);
-            let turned = rotation_vector(to.rotation * from.rotation.inverse()).length();
-            self.legs.legs.iter().enumerate().any(|(index, leg)| {
-                let shin = |frame: &AnimalFrame| frame.leg(index) - frame.thigh(index);
-                let parts = [
-                    from.thigh(index).angle_between(to.thigh(index)),
-                    shin(from).angle_between(shin(to)),
-                ];
-                let source = parts.iter().copied().fold(turned, f64::max);
-                leg.bodies.iter().any(|body| {
-                    let moved = (motion.dof_of(frame + window)[body - 1] - motion.dof_of(frame)[body - 1]).abs();
-                    moved > JUMP && source < EXPLAINED * moved
-                })
-            })
-        };
-        (0..frames).filter(|frame| jumps(*frame)).count() as f64 / frames.max(1) as f64
     }
 }
 
