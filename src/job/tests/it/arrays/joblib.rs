@@ -26,6 +26,14 @@ fn assert_is_made(motion: &RobotMotion, frames: usize, turn: f64, fps: f64) {
     }
 }
 
+/// Imports bytes from a file, because the robot is a second file.
+fn imported(bytes: &[u8], name: &str) -> mocap::Result<mocap::Scene> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    Importer::new().body(G1).import(path)
+}
+
 #[test]
 fn a_file_of_joblib_is_read() {
     let robot = Importer::new().import_robot(G1).unwrap();
@@ -34,8 +42,7 @@ fn a_file_of_joblib_is_read() {
     assert_eq!(scene.animations[0].name, "step");
     assert_is_made(&RobotMotion::of_arrays(&robot, &scene).unwrap(), 4, 0.1, 50.0);
     // The contents decide, not the name.
-    let bytes = std::fs::read(path).unwrap();
-    let unnamed = Importer::new().body(G1).read(&bytes, "motion").unwrap();
+    let unnamed = imported(&std::fs::read(path).unwrap(), "motion").unwrap();
     assert_eq!(unnamed.animations, scene.animations);
 }
 
@@ -57,15 +64,14 @@ fn each_motion_of_a_file_is_a_clip() {
 #[test]
 fn broken_files_of_joblib_are_refused() {
     let bytes = std::fs::read("../../fixtures/arrays/asap_joblib.pkl").unwrap();
-    let importer = Importer::new().body(G1);
     for length in (0..bytes.len()).step_by(37) {
-        assert!(importer.read(&bytes[..length], "motion.pkl").is_err(), "{length}");
+        assert!(imported(&bytes[..length], "motion.pkl").is_err(), "{length}");
     }
     let shape = bytes.windows(5).position(|five| five == b"shape").unwrap() + 5;
     for at in (shape..shape + 60).chain((0..bytes.len()).step_by(41)) {
         let mut changed = bytes.clone();
         changed[at] = changed[at].wrapping_add(113);
-        if let Ok(scene) = importer.read(&changed, "motion.pkl") {
+        if let Ok(scene) = imported(&changed, "motion.pkl") {
             assert_eq!(scene.validate(), [], "{at}");
         }
     }
