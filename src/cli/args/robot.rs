@@ -35,7 +35,8 @@ pub(crate) struct RobotArgs {
     pub(crate) output: PathBuf,
     /// Format of the outputs. qpos is an .npz for MuJoCo, with rotations as w x y z. dynamics also has velocities,
     /// accelerations and the forces of inverse dynamics. gmr, unitree-csv, mjlab, beyondmimic, isaaclab, protomotions,
-    /// mimickit, twist, asap and max are the files that these programs load [default: the extension of the output, else npz]
+    /// mimickit, twist, asap and max are the files that these programs load [default: the extension of the output, else
+    /// npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
     #[command(flatten)]

@@ -222,7 +222,8 @@ pub(crate) fn for_twist(motion: &RobotMotion, robot: &Robot, metadata: &str) -> 
 }
 
 /// The input of the motion libraries of ASAP and PBHC: a dictionary with the motion by its name. `pose_aa` has the
-/// rotation vector of the base, of each joint, and of the points that the libraries add to a robot, which do not rotate.
+/// rotation vector of the base, of each joint, and of the points that the libraries add to a robot, which do not
+/// rotate.
 ///
 /// # Errors
 /// [`Code::Unrepresentable`] if a joint slides.

@@ -153,8 +153,7 @@ impl RobotRetargeter {
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] if the source or the robot is not a humanoid. [`Code::InvalidValue`] for a weight that is
-    /// out of its range, and for a time scale
-    /// that the robot cannot have.
+    /// out of its range, and for a time scale that the robot cannot have.
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let weights = &options.weights;
         weights.check()?;

@@ -77,10 +77,12 @@ fn is_factor(factor: f64) -> bool {
     factor.is_finite() && factor > 0.0
 }
 
-/// The lowest speed that `auto` chooses. The report shows the joints that would need a lower speed.
+/// The lowest speed that `auto` chooses, as a fraction of the source's speed. The report shows the joints that would
+/// need a lower speed.
 const SLOWEST: f64 = 0.1;
 
-/// The lowest speed that `auto` chooses for efforts. Forces of inertia are then a sixteenth, and slower does not help.
+/// The lowest speed that `auto` chooses for efforts, as a fraction of the source's speed. Forces of inertia are then a
+/// sixteenth, and slower does not help.
 const SLOWEST_FOR_EFFORTS: f64 = 0.25;
 
 /// The number of halvings in the search for the speed that efforts allow. The last step is 1 % of the speed.

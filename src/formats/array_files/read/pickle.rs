@@ -1,5 +1,5 @@
-//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, strings, and NumPy and PyTorch arrays. joblib
-//! puts the bytes of an array into the pickle, after the object that describes the array.
+//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, strings, and NumPy and PyTorch arrays.
+//! joblib puts the bytes of an array into the pickle, after the object that describes the array.
 //!
 //! A pickle is a program for a stack machine, and may call any Python function. This reader calls none: it knows the
 //! few names that build arrays, and refuses every other name. The operations are from Python's `pickletools`, protocols
