@@ -195,36 +195,6 @@ impl RobotRetargeter {
         Ok((motion, report))
     }
 
-    /// As [`clip`](Self::clip), with the source at the speed of the motion, if this is another speed.
-    pub(crate) fn scaled_clip(
-        &mut self,
-        source: &Scene,
-        index: usize,
-    ) -> Result<(RobotMotion, RobotReport, Option<Scene>)> {
-        let (motion, mut report) = self.solved(source, index)?;
-        let (kinematics, soles) = (&self.kinematics, self.following.soles());
-        let dynamics = |motion: &RobotMotion| match self.twin.has_legs {
-            true => feasibility(&self.robot, kinematics, &soles, motion),
-            false => None,
-        };
-        let scaled = self
-            .options
-            .time_scale
-            .apply(kinematics, (source, index), &motion, &dynamics)?;
-        let Some(scaled) = scaled else {
-            report.scores = self.scores(source, &source.animations[index], &motion, &report);
-            return Ok((motion, report, None));
-        };
-        let found = self.report_of(&scaled.source, &scaled.source.animations[index], &scaled.motion);
-        let report = RobotReport {
-            passes: report.passes,
-            time_scale: scaled.speed,
-            slowed_by: scaled.joint,
-            ..found
-        };
-        Ok((scaled.motion, report, Some(scaled.source)))
-    }
-
     fn animation_of(source: &Scene, index: usize) -> Result<&Animation> {
         source.animations.get(index).ok_or_else(|| {
             let message = format!(

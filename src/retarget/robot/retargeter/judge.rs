@@ -6,6 +6,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, Scene};
 
+use super::super::feasibility::feasibility;
 use super::super::measure::standing;
 use super::super::motion::RobotMotion;
 use super::super::robot_report::RobotReport;
@@ -18,6 +19,36 @@ use super::RobotRetargeter;
 const SAME_RATE: f64 = 1e-3;
 
 impl RobotRetargeter {
+    /// As [`clip`](Self::clip), with the source at the speed of the motion, if this is another speed.
+    pub(crate) fn scaled_clip(
+        &mut self,
+        source: &Scene,
+        index: usize,
+    ) -> Result<(RobotMotion, RobotReport, Option<Scene>)> {
+        let (motion, mut report) = self.solved(source, index)?;
+        let (kinematics, soles) = (&self.kinematics, self.following.soles());
+        let dynamics = |motion: &RobotMotion| match self.twin.has_legs {
+            true => feasibility(&self.robot, kinematics, &soles, motion),
+            false => None,
+        };
+        let scaled = self
+            .options
+            .time_scale
+            .apply(kinematics, (source, index), &motion, &dynamics)?;
+        let Some(scaled) = scaled else {
+            report.scores = self.scores(source, &source.animations[index], &motion, &report);
+            return Ok((motion, report, None));
+        };
+        let found = self.report_of(&scaled.source, &scaled.source.animations[index], &scaled.motion);
+        let report = RobotReport {
+            passes: report.passes,
+            time_scale: scaled.speed,
+            slowed_by: scaled.joint,
+            ..found
+        };
+        Ok((scaled.motion, report, Some(scaled.source)))
+    }
+
     /// Measures how well a motion of the robot follows an animation of `source`, by its index. Any program may have
     /// written the motion, and the motion is not changed. Both have the same frame rate and begin at the same time.
     /// Frames that one of the motions lacks are not compared.
