@@ -148,9 +148,8 @@ class Robot:
             ValueError: If ``passes`` is neither 1 nor 2, ``floor`` is unknown, or ``time_scale`` is not above 0.
         """
         names = (names_of(map), names_of(bones), as_json(weights_of(weights)))
-        speed = (floor, str(time_scale))
         arrays, report, clip = self._native.retarget(
-            native_of(source), fps, _locks(feet), velocity_limits, passes, *speed, *names
+            native_of(source), fps, _locks(feet), velocity_limits, passes, floor, str(time_scale), *names
         )
         return RobotMotion(dof_names=self.dof_names, report=parsed(report), _clip=clip, **arrays)
 
@@ -174,7 +173,8 @@ class Robot:
             MocapError: If ``motion`` is no motion of the robot, or no frame is in both motions.
         """
         moved = motion if isinstance(motion, Scene) else read(motion, body=self._path)
-        return parsed(self._native.score(native_of(reference), native_of(moved), names_of(bones)))
+        report: Report = parsed(self._native.score(native_of(reference), native_of(moved), names_of(bones)))
+        return report
 
     @public
     def stream(
