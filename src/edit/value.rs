@@ -34,10 +34,12 @@ pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
 
 /// The number of a frame, also with the `f` that a time needs.
 fn frame(text: &str) -> Value {
-    match scalar(text.trim().trim_end_matches('f')) {
-        number @ Value::Number(_) => number,
-        _ => scalar(text),
-    }
+    let text = text.trim();
+    scalar(
+        text.strip_suffix('f')
+            .filter(|number| number.parse::<f64>().is_ok())
+            .unwrap_or(text),
+    )
 }
 
 /// `M/M` or `SECONDS:M/M`.
