@@ -158,8 +158,7 @@ impl FileTask for ClipGroup<'_> {
             return Ok(FileState::Waits);
         };
         record.warnings = warnings;
-        self.note_losses(record, &heard);
-        self.note_losses(record, &made.written.warnings);
+        self.note_loss(record, heard.iter().chain(&made.written.warnings));
         record.edit = (!steps.is_empty()).then(|| raw(&steps)).flatten();
         self.save(file, made, output, record, keeps_notes)
     }
@@ -260,13 +259,11 @@ impl FileTask for ClipGroup<'_> {
 }
 
 impl ClipGroup<'_> {
-    fn note_losses(&self, record: &Record, warnings: &[Diagnostic]) {
-        let mut losses = warnings.iter().filter(|warning| warning.code == Code::NotCarriedOver);
-        if let Some(first) = losses.next() {
-            let mut known = self.losses.lock().unwrap_or_else(PoisonError::into_inner);
-            known
-                .entry(record.input.clone())
-                .or_insert_with(|| first.message.clone());
+    /// Notes the first loss of a motion, if it lost data.
+    fn note_loss<'a>(&self, record: &Record, mut warnings: impl Iterator<Item = &'a Diagnostic>) {
+        if let Some(loss) = warnings.find(|warning| warning.code == Code::NotCarriedOver) {
+            let mut losses = self.losses.lock().unwrap_or_else(PoisonError::into_inner);
+            losses.insert(record.input.clone(), loss.message.clone());
         }
     }
 
