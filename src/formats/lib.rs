@@ -523,7 +523,11 @@ impl WriteOptions {
 pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: {retime} 30";
 
 impl ReadOptions {
-    /// The frame rate in frames per second: the caller's, or else the file's if it is possible. NaN is no frame rate.
+    /// The frame rate in frames per second. The caller's rate has priority over `stated`, the rate of the file. NaN
+    /// means that the file states no rate.
+    ///
+    /// # Errors
+    /// [`Code::FrameTime`] if no rate is stated, or if the rate is impossible.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let rate = self.retime.unwrap_or(stated);
         if rate.is_nan() {

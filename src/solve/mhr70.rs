@@ -4,8 +4,8 @@
 /// to`.
 pub(super) type Table = (&'static str, &'static [&'static str], &'static [[&'static str; 3]]);
 
-/// The name `left_hand` means all finger joints of the left hand, and `right_hand` those of the right hand. The points
-/// come from [`joint_tables::mhr70`](mocap_scene::scene::joint_tables::mhr70).
+/// The name `left_hand` means all finger joints of the left hand. The name `right_hand` means all finger joints of the
+/// right hand. The points come from [`joint_tables::mhr70`](mocap_scene::scene::joint_tables::mhr70).
 pub(super) const MHR70: Table = (
     "",
     &[

@@ -11,8 +11,8 @@ use crate::batch::inputs::InputArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
-    /// The motion files to show together, or one folder, whose clips are listed. Two humanoids with equal frame counts
-    /// and frame rates are compared
+    /// The motion files to show together, or one folder, whose clips are listed. The page compares two humanoids if
+    /// their frame counts and frame rates are equal
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) files: Vec<PathBuf>,
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]

@@ -22,9 +22,9 @@ const ACCELERATION_RATIO: f64 = 3.0;
 /// tenth of a second moves a foot more slowly than from frame to frame. A footstep of a walk lasts three times as long.
 const SPEED_OVER: f64 = 0.2;
 
-/// Locks the feet if they slide, or if much noise was removed. Returns a message with the number of locked contacts,
-/// which is empty if there are none. `is_noisy`: the noise part changed the motion. `is_changed`: it removed much of
-/// the jitter.
+/// Locks the feet if they slide, or if much noise was removed. Returns a message with the number of locked contacts.
+/// The message is empty if no contact was locked. `is_noisy` states whether any noise was removed, and `is_changed`
+/// whether most of the jitter was removed.
 pub(super) fn lock(
     work: &mut Work<'_>,
     animation: usize,

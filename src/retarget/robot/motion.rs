@@ -68,8 +68,8 @@ impl RobotMotion {
         self.hind_contacts.truncate(frames);
     }
 
-    /// The same path at `speed` times its speed, by Catmull-Rom splines through the frames. The last part of a frame is
-    /// dropped.
+    /// Plays the motion at `speed` times its speed, at the same frame rate. Catmull-Rom splines through the frames give
+    /// the new frames. A rest at the end that is shorter than a frame is dropped.
     pub(super) fn at_speed(&self, speed: f64) -> Self {
         let last = self.frames().saturating_sub(1);
         let count = (last as f64 / speed + SAME_FRAME) as usize + 1;

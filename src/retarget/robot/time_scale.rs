@@ -210,7 +210,8 @@ fn excesses(kinematics: &Kinematics, motion: &RobotMotion) -> Vec<f64> {
     largest
 }
 
-/// The same path at `speed` times its speed. A joint that keeps its limits at this speed keeps them in the new frames.
+/// Plays a motion at `speed` times its speed. If the velocity of a joint is within its limit at this speed, the steps
+/// between the new frames are within the limit too.
 fn resampled(kinematics: &Kinematics, motion: &RobotMotion, speed: f64) -> RobotMotion {
     let mut scaled = motion.at_speed(speed);
     let (bounds, limits) = (Bounds::of(kinematics), velocities(kinematics));

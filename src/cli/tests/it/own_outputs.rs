@@ -109,7 +109,7 @@ fn a_picture_a_page_or_a_report_of_somebody_else_is_not_replaced() {
         fs::remove_file(folder.path(name)).unwrap();
         let _ = fs::remove_file(folder.path("edited.bvh"));
         succeeds(&folder, &command);
-        // The same command, and the command with another input.
+        // The output is mocap's, so the same command replaces it, and the command with another input too.
         succeeds(&folder, &command);
         folder.write("other.bvh", &folder.read("walk.bvh"));
         let other = command.replace("walk.bvh", "other.bvh");

@@ -71,7 +71,7 @@ pub(super) struct Segments {
 
 /// The byte at which the poses begin, and the number of segments; `None` if the file has no poses.
 pub(super) fn layout(parameters: &Parameters) -> Option<(usize, usize)> {
-    // Unsigned words, in which 0 means that there are none.
+    // Both parameters are unsigned words. If one is 0, the file has no poses.
     let word = |name: &str| Some(usize::from(parameters.number("ROTATION", name)? as i64 as u16));
     let (block, count) = (word("DATA_START")?.checked_sub(1)?, word("USED")?);
     (count > 0).then_some((block * BLOCK, count))

@@ -1,4 +1,5 @@
-//! Motions of ASAP and PBHC in files that joblib wrote: `tools/arrays/make_joblib.py` has the formulas of their numbers.
+//! Motions of ASAP and PBHC in files that joblib wrote. `tools/arrays/make_joblib.py` has the formulas of their
+//! numbers.
 
 use mocap::Importer;
 use mocap::glam::{DQuat, DVec3};
