@@ -18,6 +18,7 @@ mod points;
 mod rate;
 mod report;
 mod smoother;
+mod soles;
 mod time;
 
 pub use self::live::LiveClean;
@@ -266,21 +267,14 @@ impl Clean {
                 .to_string()
             }
             CleanPart::Contacts => {
-                let is_changed = report.had_noise();
-                let noise = [report.has_changed(CleanPart::Noise), is_changed];
-                let feet = contacts::lock(work, animation, noise, report.after.skate)?;
-                if report.has_changed(CleanPart::Floor) && !feet.is_empty() {
-                    floor::bring_to_zero(work);
+                let what = do_contacts(work, animation, (meetings, report), true)?;
+                match report.had_noise() && report.is_worse(part, (&before, &*work)) {
+                    true => {
+                        *work = before.clone();
+                        do_contacts(work, animation, (meetings, report), false)?
+                    }
+                    false => what,
                 }
-                let hands = match is_changed {
-                    true => meetings.restore(work, report.before.hands),
-                    false => String::new(),
-                };
-                [feet, hands]
-                    .into_iter()
-                    .filter(|what| !what.is_empty())
-                    .collect::<Vec<_>>()
-                    .join(", ")
             }
         };
         if !report.take(part, what, (&before, &*work), meetings) {
@@ -288,6 +282,28 @@ impl Clean {
         }
         Ok(())
     }
+}
+
+/// Locks the feet, and brings hands back to what they touched. `steadies` states whether feet that stand may not turn.
+/// Returns a message about the changes.
+fn do_contacts(
+    work: &mut Work<'_>,
+    animation: usize,
+    (meetings, report): (&Meetings, &CleanReport),
+    steadies: bool,
+) -> Result<String> {
+    let is_changed = report.had_noise();
+    let noise = [report.has_changed(CleanPart::Noise), is_changed];
+    let feet = contacts::lock(work, animation, noise, report.after.skate, steadies)?;
+    if report.has_changed(CleanPart::Floor) && !feet.is_empty() {
+        floor::bring_to_zero(work);
+    }
+    let hands = match is_changed {
+        true => meetings.restore(work, report.before.hands),
+        false => String::new(),
+    };
+    let done: Vec<String> = [feet, hands].into_iter().filter(|what| !what.is_empty()).collect();
+    Ok(done.join(", "))
 }
 
 /// Factors of the allowed jerk, one for each try. A smoother that allows more jerk cuts less of the peaks.

@@ -4,6 +4,7 @@ use glam::Vec3;
 use mocap_figure::contacts::ContactRule;
 use mocap_scene::error::Result;
 
+use super::soles;
 use crate::contacts::{ContactOptions, ContactPoint, DetectedContacts, detect};
 use crate::floor;
 use crate::frames::Frames;
@@ -24,12 +25,13 @@ const SPEED_OVER: f64 = 0.2;
 
 /// Locks the feet if they slide, or if much noise was removed. Returns a message with the number of locked contacts.
 /// The message is empty if no contact was locked. `is_noisy` states whether any noise was removed, and `is_changed`
-/// whether most of the jitter was removed.
+/// whether most of the jitter was removed. `steadies` states whether feet that stand keep their rotation then.
 pub(super) fn lock(
     work: &mut Work<'_>,
     animation: usize,
     [is_noisy, is_changed]: [bool; 2],
     skate: Option<f64>,
+    steadies: bool,
 ) -> Result<String> {
     if !is_changed && skate.is_none_or(|skate| skate < work.weights.least_skate) {
         return Ok(String::new());
@@ -42,6 +44,7 @@ pub(super) fn lock(
         work.frames = Frames::new(&scene, animation, work.frames.nodes())?;
         return Ok(about(&report));
     }
+    let mut frames = work.frames.clone();
     if is_noisy {
         let (known, levels) = whole(work);
         let ratios = FootLockWeights::new().speed_ratio(SPEED_RATIO);
@@ -50,9 +53,11 @@ pub(super) fn lock(
             .weights(ratios.acceleration_ratio(ACCELERATION_RATIO));
         if is_changed {
             options.levels = levels;
+            if let Some(known) = options.known.as_ref().filter(|_| steadies) {
+                soles::steady(work, known, &mut frames);
+            }
         }
     }
-    let mut frames = work.frames.clone();
     frames.settle();
     let (mut frames, report) = lock_frames(work.scene, work.figure, frames, &options)?;
     frames.settle();

@@ -386,7 +386,8 @@ fn a_body_that_stands_still_loses_its_noise() {
     assert!(distance(&truth, &scene) < 0.6 * off, "{report}");
 }
 
-/// Noise that lasts for a tenth of a second resembles a motion, and stays in the body. The feet are held all the same.
+/// Noise that lasts for a tenth of a second resembles a motion, and stays in the body. The feet are held all the same: their
+/// ankles too, although noise turns the feet about the balls.
 #[test]
 fn feet_under_lasting_noise_are_held() {
     let truth = walk();
@@ -404,7 +405,8 @@ fn feet_under_lasting_noise_are_held() {
     let report = Clean::new().floor(false).apply(&mut scene, &StepInput::new()).unwrap();
     assert_eq!(outcome(&report, CleanPart::Contacts), CleanOutcome::Changed, "{report}");
     let clean = slide(&scene, &truth);
-    assert!(clean < 0.1 * spoiled, "{clean} of {spoiled}: {report}");
+    // 0.5 cm per second, in CMU's units of 5.6 cm.
+    assert!(clean < 0.5 / 5.6, "{clean} of {spoiled}: {report}");
 }
 
 /// Twist helpers and fingers that move by rounding only do not hide the noise of the other joints.
