@@ -53,13 +53,21 @@ pub struct Body {
 }
 
 impl Body {
+    /// What to do about a scene without a humanoid.
+    pub fn help(scene: &Scene) -> &'static str {
+        match scene.has_points() {
+            true => "solve a skeleton from the markers: {markers} auto, or mocap solve",
+            false => "name its bones in a map, or choose another file",
+        }
+    }
+
     /// The body of the figure of a scene.
     pub fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
         // Whoever uses the body samples its frames, so their number is limited here.
         FrameBudget::of_scene(&Limits::default()).check(scene)?;
         let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
-                .help("name its bones in a map, or choose another file; for markers, solve a skeleton by {markers} auto or mocap solve")
+                .help(Self::help(scene))
                 .into()
         };
         let Some(t_pose) = figure.t_pose(scene).cloned() else {

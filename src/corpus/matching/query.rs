@@ -1,5 +1,6 @@
 //! Queries: a part of a motion, or a pose.
 
+use mocap_figure::body::Body;
 use mocap_figure::convert::{Moment, TimeRange, part_ticks};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
@@ -90,7 +91,9 @@ fn motion(scene: &Scene, animation: usize) -> Result<Motion<'_>> {
                 "a search compares the limbs of a humanoid or of an animal on four legs: {}",
                 figure.humanoid.reason
             );
-            Err(Diagnostic::new(Code::NotHumanoid, message).into())
+            Err(Diagnostic::new(Code::NotHumanoid, message)
+                .help(Body::help(scene))
+                .into())
         }
     }
 }

@@ -47,6 +47,12 @@ fn the_commands_index_and_find() {
     folder.refuses("find cmu_short.bvh --pose cmu_short.bvh@0", 1, "mocapMDB");
     folder.refuses(&format!("find moves.mdb --like {WALK}@1m..2m"), 2, "A..B");
     folder.refuses("find moves.mdb", 2, "--like");
+    let markers = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n60\t2\t1\tm\n\
+        Frame#\tTime\tA\n\t\tX1\tY1\tZ1\n1\t0\t0\t1\t0\n2\t0.0167\t0\t1\t0\n";
+    folder.write("markers.trc", markers.as_bytes());
+    for command in ["find moves.mdb --like markers.trc", "gait markers.trc"] {
+        folder.refuses(command, 1, "solve a skeleton from the markers: --markers auto");
+    }
     folder.refuses("index moves.mdb -o moves.mdb", 1, "input");
     folder.refuses(&format!("index {WALK} -o moves.xyz"), 2, ".mdb");
     folder.refuses(&format!("index {WALK} -o moves.mdb --resume --where x"), 2, "--where");
