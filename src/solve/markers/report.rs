@@ -15,7 +15,7 @@ use crate::set::JointSet;
 /// The mean distance of a marker from its body, in metres, above which the marker gets a warning.
 const LOOSE: f64 = 0.03;
 
-/// The largest number of swaps, and of filled gaps, that are listed individually.
+/// The largest number of swaps, of filled gaps and of unknown names that are listed individually.
 const NAMED: usize = 20;
 
 /// The standard deviation in metres below which a joint is not mentioned.
@@ -223,10 +223,12 @@ fn say_file(scene: &mut Scene, take: &Take) {
             .push(Diagnostic::new(Code::LooseMarker, message).help(help));
     }
     if !take.unknown.is_empty() {
+        let named = &take.unknown[..take.unknown.len().min(NAMED)];
+        let more = if take.unknown.len() > NAMED { ", ..." } else { "" };
         let message = format!(
-            "{} markers with unknown names were skipped: {}",
+            "{} markers with unknown names were skipped: {}{more}",
             take.unknown.len(),
-            take.unknown.join(", ")
+            named.join(", ")
         );
         scene.warnings.push(
             Diagnostic::new(Code::LooseMarker, message)

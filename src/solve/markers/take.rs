@@ -93,7 +93,10 @@ impl Take {
             others: others.iter().map(label).collect(),
             ..Self::default()
         };
+        let with_keys = std::iter::zip(&labels, &keys).filter(|(_, key)| landmarks::is_axis(key, &keys));
+        let axes: Vec<String> = with_keys.map(|(label, _)| label.clone()).collect();
         take.name(labels.into_iter().zip(tracks).zip(by_label));
+        take.unknown.retain(|label| !axes.contains(label));
         take.in_metres(scene.metadata.metres_per_unit);
         Ok(take)
     }

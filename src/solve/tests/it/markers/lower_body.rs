@@ -48,6 +48,11 @@ impl Markers {
     }
 
     pub(super) fn read(&self) -> mocap::Result<Scene> {
+        self.imported(Importer::new().markers("auto"))
+    }
+
+    /// The markers, read as `importer` does.
+    pub(super) fn imported(&self, importer: Importer) -> mocap::Result<Scene> {
         let frames = self.frames.len();
         let count = self.labels.len();
         let mut text = format!(
@@ -64,7 +69,7 @@ impl Markers {
             }
             text.push('\n');
         }
-        Importer::new().markers("auto").read(text.as_bytes(), "lower.trc")
+        importer.read(text.as_bytes(), "lower.trc")
     }
 }
 
@@ -147,10 +152,18 @@ fn points_that_plug_in_gait_computes_are_no_markers() {
     let scene = markers.solved();
     assert_eq!(scene.nodes, alone.nodes);
     assert!(scene.animations == alone.animations);
+    let warns = |scene: &Scene| {
+        scene
+            .warnings
+            .iter()
+            .any(|warning| warning.to_string().contains("unknown names"))
+    };
+    assert!(!warns(&scene), "{:?}", scene.warnings);
     // Without the other axes, the label is the tip of a toe.
     markers.labels[LOWER.len()..]
         .iter_mut()
         .for_each(|label| label.insert(1, 'X'));
     markers.labels[LOWER.len() + 3] = "LTIP".to_owned();
-    assert!(markers.solved().animations != alone.animations);
+    let scene = markers.solved();
+    assert!(scene.animations != alone.animations && warns(&scene));
 }
