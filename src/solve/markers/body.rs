@@ -17,6 +17,11 @@ use crate::set::{JointSet, Lengths, Mark, SetJoint};
 /// The joint that a hand points to.
 const KNUCKLES: [&str; 2] = ["leftKnuckles", "rightKnuckles"];
 
+/// The expected rotation of a shoulder girdle about the line from neck to shoulder, in radians. Marker positions do not
+/// show this rotation. If it were as free as the others, arms would not show where their shoulders are. A scapula tips
+/// by 30 degrees while an arm rises from the hip to the head (McClure et al., J. Shoulder Elbow Surg. 10, 2001).
+const SHOULDER_ROLL: f64 = 0.1;
+
 /// The joints that the landmarks determine, parents first.
 pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSet {
     let mut set = JointSet {
@@ -222,9 +227,10 @@ fn attached(set: &JointSet, bone: Bone) -> usize {
     above.into_iter().find_map(|bone| set.joint(bone)).unwrap_or(0)
 }
 
-/// What calibration may change about a joint, and its expected bend without marker evidence, in radians.
-fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<f64>) {
-    match bone.on(Side::Left) {
+/// What calibration may change about a joint, and its expected bend without marker evidence about each axis of the
+/// T-pose, in radians.
+fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<DVec3>) {
+    let (freedom, bend) = match bone.on(Side::Left) {
         Bone::Hips => (Freedom::Fixed, Some(1.0)),
         Bone::LeftUpperLeg => (Freedom::Position(weights.hip), Some(2.0)),
         Bone::LeftLowerLeg => (Freedom::Length, Some(2.0)),
@@ -235,7 +241,12 @@ fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<f64>) {
         Bone::LeftHand => (Freedom::Length, Some(0.6)),
         Bone::Neck | Bone::Head => (Freedom::Position(weights.trunk), Some(0.5)),
         _ => (Freedom::Position(weights.trunk), Some(0.3)),
+    };
+    let mut bend = bend.map(DVec3::splat);
+    if let (Bone::LeftShoulder, Some(bend)) = (bone.on(Side::Left), &mut bend) {
+        bend.x = SHOULDER_ROLL;
     }
+    (freedom, bend)
 }
 
 /// The hinge of a knee or elbow, the joint at which a shin or forearm begins.

@@ -31,8 +31,9 @@ pub(super) struct Joint {
     pub parent: Option<usize>,
     pub(super) offset: DVec3,
     pub(super) freedom: Freedom,
-    /// The expected rotation from the T-pose without marker evidence, in radians. A joint with `None` does not rotate.
-    pub(super) bend: Option<f64>,
+    /// The expected rotation from the T-pose without marker evidence, about each axis of the T-pose, in radians. A joint
+    /// with `None` does not rotate.
+    pub(super) bend: Option<DVec3>,
     pub(super) hinge: Option<Hinge>,
 }
 
@@ -69,6 +70,8 @@ pub(super) struct Model {
     pub(super) markers: Vec<Marker>,
     /// The standard deviation of a marker coordinate about its offset, in metres.
     pub(super) slides: f64,
+    /// The distance in metres at which a marker has a quarter of its weight.
+    pub(super) outlier: f64,
     pub(super) weights: MarkerWeights,
     /// The first of the three unknowns of a joint's rotation. Unknowns of children precede the unknowns of their
     /// parents, so that the normal equations are solved along the tree.
@@ -112,6 +115,7 @@ impl Model {
             joints,
             markers,
             slides: weights.slide,
+            outlier: weights.outlier,
             weights,
             unknown,
             unknowns,
@@ -229,7 +233,7 @@ impl Model {
             };
             let turned = turned(local);
             for axis in DVec3::AXES {
-                term(turned.dot(axis), axis, bend);
+                term(turned.dot(axis), axis, bend.dot(axis));
             }
             let Some(hinge) = joint.hinge else { continue };
             let along = local * hinge.along;
