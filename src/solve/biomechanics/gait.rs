@@ -5,10 +5,12 @@
 //! the toe-off.
 //!
 //! The heel strikes some hundredths of a second after the foremost position: when the midpoint of ankle and ball
-//! descends fastest (O'Connor and others, 2007). In a run the toes leave the ground before their rearmost position.
-//! There the toe-off is the last frame in which they are slow (Ghoussayni and others, 2004). If the load of a force
-//! plate begins or ends near such an event, the time of the load is used. If the file states the events, as C3D files
-//! of laboratories do, these events are used instead.
+//! descends fastest (O'Connor and others, 2007). If the toes leave the ground before their rearmost position, the
+//! toe-off is the last frame in which they are slow (Ghoussayni and others, 2004). In a run, where the other foot
+//! strikes only afterwards, the toe-off is when the knee is most extended (Dingwell and others, 2001). `tools/markers`
+//! compares these events with the flight of the body. If the load of a force plate begins or ends near such an event,
+//! the time of the load is used. If the file states the events, as C3D files of laboratories do, these events are used
+//! instead.
 //!
 //! Step lengths and widths follow Huxham and others (2006). A stride goes from one heel strike of a foot to its next
 //! heel strike. The heel strike of the other foot divides the stride. The distance of that strike from the line of the
@@ -59,6 +61,10 @@ const LEAVES_WITHIN: f64 = 0.2;
 /// The toe speed in metres per second above which the toes have left the ground. In a walk with manual events (BTK's
 /// example of Plug-in Gait) the toe marker has 1.3 to 1.9 m/s at toe-off.
 const LEAVES_AT: f64 = 1.5;
+
+/// The time in seconds before and after the last slow frame of the toes in which the knee of a runner is most extended.
+/// In CMU's runs this is 0 to 60 ms after that frame, and then the knee bends fast.
+const EXTENDS_WITHIN: [f64; 2] = [0.05, 0.1];
 
 /// The time from a heel strike of a foot to its next one.
 ///
@@ -169,8 +175,12 @@ impl Gait {
             let message = "the body lacks two feet, from which steps are detected";
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
         };
+        let angles = JointAngles::of_segments(&segments);
         let mut events_of_plates = 0;
         if events.is_none() {
+            let toe_offs =
+                [(&left, &right), (&right, &left)].map(|(foot, other)| foot.running_toe_offs(other, &angles));
+            [left.toe_offs, right.toe_offs] = toe_offs;
             let loads = PlateLoads::of(scene);
             for foot in [&mut left, &mut right] {
                 events_of_plates += loads.replace(&mut foot.strikes, &mut foot.toe_offs);
@@ -191,7 +201,6 @@ impl Gait {
                 (stride.length, stride.step_length) = (None, None);
             }
         }
-        let angles = JointAngles::of_segments(&segments);
         let of_side = |foot: &Foot<'_>| SideOfGait::of(foot, &strides, &angles);
         let in_turn = strides.iter().filter(|stride| stride.other_strike.is_some()).count();
         let steps: Vec<f64> = strides.iter().filter_map(Stride::step_time).collect();
@@ -284,6 +293,20 @@ impl<'a> Foot<'a> {
             toe_offs,
             frame_rate: segments.frame_rate,
         })
+    }
+
+    /// The toe-offs of this foot. If no foot is on the ground after a toe-off, it is when the knee is most extended.
+    fn running_toe_offs(&self, other: &Self, angles: &JointAngles) -> Vec<f64> {
+        let name = format!("knee_angle{}", ending(Some(self.side)));
+        let knee: Vec<f64> = angles.column(&name).into_iter().flatten().collect();
+        let toe_off = |&time: &f64| {
+            let frame = (time * self.frame_rate).round() as usize;
+            match flies(time, &self.strikes, &other.strikes) {
+                true => extended(&knee, frame, self.frame_rate).map_or(time, |frame| frame as f64 / self.frame_rate),
+                false => time,
+            }
+        };
+        self.toe_offs.iter().map(toe_off).collect()
     }
 
     /// The ankle position on the ground plane, in the frame nearest to a time.
@@ -385,6 +408,27 @@ pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize>
         before.into_iter().find(is_slow).unwrap_or(behind)
     };
     behind.iter().map(leaving).collect()
+}
+
+/// Whether no foot is on the ground after a toe-off at `time`: the foot itself was the last to strike the ground, and
+/// the other foot is the next. In a walk it is the other way round.
+fn flies(time: f64, own: &[f64], other: &[f64]) -> bool {
+    let last = |strikes: &[f64]| strikes.iter().copied().rfind(|strike| *strike <= time);
+    let next = |strikes: &[f64]| strikes.iter().copied().find(|strike| *strike > time);
+    match (last(own), last(other)) {
+        (Some(own), other) => other.is_none_or(|other| other < own),
+        (None, Some(_)) => false,
+        (None, None) => next(other).is_some_and(|other| next(own).is_none_or(|own| other < own)),
+    }
+}
+
+/// The frame near `frame` in which a knee is most extended, from its flexion in every frame. `None` if the knee still
+/// extends at the end of the time.
+pub fn extended(flexion: &[f64], frame: usize, frame_rate: f64) -> Option<usize> {
+    let [before, after] = EXTENDS_WITHIN.map(|time| (time * frame_rate).round() as usize);
+    let (first, last) = (frame.saturating_sub(before), frame + after);
+    let least = (first..=last.min(flexion.len().checked_sub(1)?)).min_by(|a, b| flexion[*a].total_cmp(&flexion[*b]))?;
+    (first < least && least < last && least + 1 < flexion.len()).then_some(least)
 }
 
 /// The moving average of the values. The window shrinks near the ends, so that it stays centred.

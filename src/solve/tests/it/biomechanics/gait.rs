@@ -1,7 +1,7 @@
 //! Tests of the extremes of an angle, and of the times at which feet land.
 
 use mocap::glam::DVec3;
-use mocap_solve::internals::{landings, leavings, turns};
+use mocap_solve::internals::{extended, landings, leavings, turns};
 
 #[test]
 fn turns_of_a_sine_are_its_extremes_and_noise_has_none() {
@@ -47,4 +47,18 @@ fn toes_leave_when_they_were_slow_for_the_last_time_before_they_are_farthest_beh
     // The ball is slow for the last time too long before, and at the end of the motion.
     assert_eq!(leavings(&ball(3.1), &[65, 79], RATE), [65, 79]);
     assert_eq!(leavings(&ball(3.1), &[], RATE), [0; 0]);
+}
+
+#[test]
+fn a_runner_leaves_the_ground_when_the_knee_is_most_extended() {
+    const RATE: f64 = 100.0;
+    // The knee is most extended in frame 43, and then bends.
+    let flexion: Vec<f64> = (0..80).map(|frame| f64::from((frame - 43_i32).pow(2))).collect();
+    assert_eq!(extended(&flexion, 40, RATE), Some(43));
+    assert_eq!(extended(&flexion, 47, RATE), Some(43));
+    // The knee still extends at the end of the time, bends all the time, or the motion ends.
+    assert_eq!(extended(&flexion, 30, RATE), None);
+    assert_eq!(extended(&flexion, 60, RATE), None);
+    assert_eq!(extended(&flexion[..44], 40, RATE), None);
+    assert_eq!(extended(&[], 0, RATE), None);
 }
