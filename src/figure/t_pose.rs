@@ -164,6 +164,8 @@ impl TPose {
         // Without a motion, a standing body is the best evidence, even with other arms or knees than in a T-pose.
         let stands = match rest_pose {
             RestPose::TPose | RestPose::APose | RestPose::IPose => true,
+            // The rest pose of a solved skeleton is a T-pose, also if the body has no arms.
+            _ if scene.metadata.solved.is_some() => true,
             _ => scene.animations.is_empty() && figure.facing.value != Axis::Unknown,
         };
         let axes = figure.figure_to_world();
