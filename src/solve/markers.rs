@@ -19,6 +19,7 @@ mod guess;
 pub(crate) mod landmarks;
 mod model;
 pub(crate) mod noise;
+mod plug_in_gait;
 mod report;
 mod strays;
 mod subjects;
@@ -194,6 +195,9 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
             last: take.frames - 1,
         })
     }));
+    if let Some(calibration) = plug_in_gait::Calibration::of(scene, &take) {
+        calibration.redefine(scene, &take, &set, &mut model, &mut tracked);
+    }
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
     report::say_gaps(scene, &solved);

@@ -34,6 +34,10 @@ pub struct Recording {
     /// after the other. They have the axes and the unit of the file, and NaN for missing values.
     #[serde(skip)]
     pub outputs: Vec<AnalogChannel>,
+    /// Measures of the person that a laboratory's model uses, such as `LKneeWidth`: one value each, in the unit of the
+    /// file or in radians.
+    #[serde(skip)]
+    pub measures: Vec<AnalogChannel>,
 }
 
 /// A time with a name, from a person or a program.

@@ -1,4 +1,5 @@
-//! Reads events, analog samples and force plates: the groups `EVENT`, `ANALOG` and `FORCE_PLATFORM`.
+//! Reads events, analog samples, force plates and measures of the person: the groups `EVENT`, `ANALOG`,
+//! `FORCE_PLATFORM` and `PROCESSING`.
 
 use glam::{DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -52,8 +53,38 @@ pub(super) fn read(
         plates: plates(parameters, header, &channels, warnings),
         channels,
         outputs: Vec::new(),
+        measures: measures(parameters),
     };
     (recorded != Recording::default()).then_some(recorded)
+}
+
+/// The measures with which Plug-in Gait computes legs.
+fn measures(parameters: &Parameters) -> Vec<AnalogChannel> {
+    const SIDED: [&str; 8] = [
+        "LegLength",
+        "AsisTrocanterDistance",
+        "KneeWidth",
+        "AnkleWidth",
+        "ThighRotation",
+        "ShankRotation",
+        "TibialTorsion",
+        "StaticPlantFlex",
+    ];
+    let sided = ["L", "R"]
+        .into_iter()
+        .flat_map(|side| SIDED.map(|name| format!("{side}{name}")));
+    let names = sided.chain(["InterAsisDistance", "MarkerDiameter"].map(str::to_owned));
+    let measure = |name: String| {
+        let value = parameters
+            .number("PROCESSING", &name.to_ascii_uppercase())
+            .filter(|value| value.is_finite())?;
+        Some(AnalogChannel {
+            name,
+            unit: String::new(),
+            values: vec![value as f32],
+        })
+    };
+    names.filter_map(measure).collect()
 }
 
 /// The events of the parameters. Their times count from frame 1, which may have been cut off.

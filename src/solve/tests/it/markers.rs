@@ -7,6 +7,7 @@ mod landmarks;
 mod lower_body;
 mod noise;
 mod planted;
+mod plug_in_gait;
 mod sets;
 mod tree;
 
