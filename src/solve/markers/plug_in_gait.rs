@@ -16,9 +16,10 @@ use crate::set::JointSet;
 /// The marker diameter in metres, if the file states none: the markers that Vicon delivers with Plug-in Gait.
 const DIAMETER: f64 = 0.014;
 
-/// The hip centre by Davis et al.: the factor of the leg length and the metres of its distance C, and the angles in
-/// radians of C in the frontal and in the sagittal plane.
+/// The distance C in the hip centre by Davis et al., as a factor of the leg length, and metres.
 const HIP: (f64, f64) = (0.115, -0.0153);
+
+/// The angles in radians of C in the frontal and in the sagittal plane, from the same source.
 const HIP_ANGLES: (f64, f64) = (0.5, 0.314);
 
 /// The distance from front spine to trochanter as a factor of the leg length, and metres, if the file states none
