@@ -297,7 +297,15 @@ impl TrunkPath {
                 }
             }
         }
-        let (score, lengths, head_and_neck) = best?;
+        let (mut score, mut lengths, mut head_and_neck) = best?;
+        if let [Some(holder), neck] = head_and_neck
+            && self.holds_a_face(tree, legs.long_bones, holder, neck)
+        {
+            head_and_neck = [Some(holder - 1), neck];
+            let mut sums = Sums::default();
+            self.weigh(tree, legs.long_bones, head_and_neck, &mut sums);
+            (score, lengths) = (sums.sum(), sums.lengths);
+        }
         let [head, neck] = head_and_neck;
         let node = |index: usize| self.nodes[index];
         Some(Trunk {
@@ -310,6 +318,19 @@ impl TrunkPath {
             path: self.clone(),
             head_and_neck,
         })
+    }
+
+    /// Whether the joint at an index only holds the joints of a face, as `face` of Rigify's rig does. The joint above
+    /// it is the head, at the same position.
+    fn holds_a_face(&self, tree: &Tree, leg: f32, index: usize, neck: Option<usize>) -> bool {
+        let above = index - 1;
+        let is_above_neck = above >= self.first_head() && neck.is_none_or(|neck| above > neck);
+        let fit = tree.fits(self.nodes[index], Part::Head);
+        let says_face = fit > 0.0 && fit < 1.0;
+        says_face
+            && is_above_neck
+            && self.are_joints[above]
+            && self.along[index] - self.along[above] < SHORTEST_TIP * leg
     }
 
     /// The indices of the spine. Without arms, the spine ends at the neck.

@@ -44,6 +44,18 @@ fn with_joints(scene: &Scene, insert: impl Fn(&Scene, usize) -> Option<InsertedJ
     made
 }
 
+/// Rigify's rig has a joint `face` at the position of the head's joint, `spine.006`. It only holds the joints of the
+/// face.
+#[test]
+fn a_joint_that_holds_the_face_is_not_the_head() {
+    let scene = import("skeletons/blender_rigify_names.bvh");
+    let scene = with_joints(&scene, |scene, index| {
+        (scene.nodes[index].name == "face").then(|| ("spine.006".to_owned(), 1.0))
+    });
+    let head = Humanoid::of(&scene).joint(HumanoidBone::Head).unwrap();
+    assert_eq!(scene.nodes[head.index()].name, "spine.006");
+}
+
 /// Bones that are right of all, and wrong ones that are said to be sure.
 fn compare(truth: &Value, scene: &Scene, renamed: &BTreeMap<String, String>) -> (usize, usize, Vec<String>) {
     let found = Humanoid::of(scene);
