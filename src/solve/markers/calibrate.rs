@@ -27,10 +27,6 @@ const SMALLEST_STEP: f64 = 5e-4;
 /// mean error of 5.0 mm over eight seeds of `tools/markers/planted.py`; with 0.3 and 0.5 it is 4.4 and 4.3 mm.
 const MOST_INDEPENDENT: f64 = 0.4;
 
-/// The distance at which a marker has a quarter of its weight, as a factor of the standard deviation of markers. A
-/// reflection that is nearer than the weight [`outlier`](super::MarkerWeights) would move the body otherwise.
-const FAR: f64 = 20.0;
-
 /// A pose with the seen markers.
 pub(super) struct Frame {
     pub(super) pose: Pose,
@@ -108,7 +104,7 @@ pub(super) fn calibrate(
         for frame in frames.iter_mut() {
             fit.fit(model, &mut frame.pose, &frame.seen);
             for distance in fit.distances(model, &frame.seen).into_iter().flatten() {
-                let weight = fit::weight(distance, model.outlier);
+                let weight = fit::weight(distance, model.weights.outlier);
                 squares += distance * distance * weight;
                 seen += weight;
             }
@@ -129,12 +125,10 @@ pub(super) fn calibrate(
             .sqrt()
             .max(model.weights.least_slide)
             .min(model.slides);
-        model.outlier = f64::min(FAR * model.slides, model.weights.outlier);
         if largest < SMALLEST_STEP {
             break;
         }
     }
-    model.outlier = model.weights.outlier;
     for frame in frames {
         fit.fit(model, &mut frame.pose, &frame.seen);
     }
@@ -186,7 +180,7 @@ fn eliminated(
     for (marker, seen) in frame.seen.iter().enumerate() {
         let Some(seen) = seen else { continue };
         let off = *seen - model.marker(marker, world);
-        let weight = fit::weight(off.length(), model.outlier) / (model.slides * model.slides);
+        let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
         model.moves(marker, world, &mut moves);
         model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
         for &(row, a) in &grows {

@@ -70,8 +70,6 @@ pub(super) struct Model {
     pub(super) markers: Vec<Marker>,
     /// The standard deviation of a marker coordinate about its offset, in metres.
     pub(super) slides: f64,
-    /// The distance in metres at which a marker has a quarter of its weight.
-    pub(super) outlier: f64,
     pub(super) weights: MarkerWeights,
     /// The first of the three unknowns of a joint's rotation. Unknowns of children precede the unknowns of their
     /// parents, so that the normal equations are solved along the tree.
@@ -115,7 +113,6 @@ impl Model {
             joints,
             markers,
             slides: weights.slide,
-            outlier: weights.outlier,
             weights,
             unknown,
             unknowns,
