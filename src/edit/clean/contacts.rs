@@ -92,6 +92,8 @@ fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
     for point in &mut found.points {
         join(point, work.up, within, most);
         extend(point, work.up, within, work.weights.contact_height as f32);
+        // The lock reads the frames at rest alone.
+        (point.positions, point.above_rest) = Default::default();
     }
     (found, levels)
 }

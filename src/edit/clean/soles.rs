@@ -1,5 +1,5 @@
-//! Steadies the feet of a noisy motion where they stand. The lock of a foot stops one point, so noise in the rotations of
-//! the foot would still swing its other points about this one.
+//! Steadies the feet of a noisy motion where they stand. The lock of a foot stops one point, so noise in the rotations
+//! of the foot would still swing its other points about this one.
 
 use std::ops::Range;
 

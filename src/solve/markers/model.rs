@@ -31,8 +31,8 @@ pub(super) struct Joint {
     pub parent: Option<usize>,
     pub(super) offset: DVec3,
     pub(super) freedom: Freedom,
-    /// The expected rotation from the T-pose without marker evidence, about each axis of the T-pose, in radians. A joint
-    /// with `None` does not rotate.
+    /// The expected rotation from the T-pose without marker evidence, about each axis of the T-pose, in radians. A
+    /// joint with `None` does not rotate.
     pub(super) bend: Option<DVec3>,
     pub(super) hinge: Option<Hinge>,
 }

@@ -220,8 +220,8 @@ impl Calibration {
     }
 }
 
-/// The joint centre at a distance from the marker `beside` it, with a right angle at the centre between `above` and the
-/// marker, in their plane with `wand`, on the other side than the wand (the chord function of Plug-in Gait).
+/// The joint centre by the chord function of Plug-in Gait: at a distance from the marker `beside` it, on the side away
+/// from `wand`. It is in the plane of `above`, the marker and the wand, and has a right angle between the first two.
 fn chord(above: DVec3, beside: DVec3, wand: DVec3, distance: f64) -> Option<DVec3> {
     let up = above - beside;
     let length = up.length();

@@ -386,8 +386,8 @@ fn a_body_that_stands_still_loses_its_noise() {
     assert!(distance(&truth, &scene) < 0.6 * off, "{report}");
 }
 
-/// Noise that lasts for a tenth of a second resembles a motion, and stays in the body. The feet are held all the same: their
-/// ankles too, although noise turns the feet about the balls.
+/// Noise that lasts for a tenth of a second resembles a motion, and stays in the body. The feet are held all the same,
+/// and so are their ankles, although noise turns the feet about the balls.
 #[test]
 fn feet_under_lasting_noise_are_held() {
     let truth = walk();
