@@ -155,16 +155,18 @@ class Judge:
             beyond += int(((values < low) | (values > high)).sum())
         return beyond
 
-    def feet(self, places, rotations, contacts, fps):
-        """The share of frames with a sole more than 10 mm below the floor, the deepest, and the speed of soles that stand."""
-        lowest, speeds = [], []
+    def soles_at(self, places, rotations):
+        """For the left and the right foot: places and heights of the points of its sole, frame by point."""
         for side, foot in enumerate(sorted(self.soles)):
             assert foot.startswith(["left", "right"][side])
             body = self.body(foot)
-            points = np.stack(
-                [places[:, body] + rotate(rotations[:, body], at) for at, _ in self.soles[foot]], axis=1
-            )
-            heights = points[:, :, 2] - np.array([radius for _, radius in self.soles[foot]])
+            points = np.stack([places[:, body] + rotate(rotations[:, body], at) for at, _ in self.soles[foot]], axis=1)
+            yield points, points[:, :, 2] - np.array([radius for _, radius in self.soles[foot]])
+
+    def feet(self, places, rotations, contacts, fps):
+        """The share of frames with a sole more than 10 mm below the floor, the deepest, and the speed of soles that stand."""
+        lowest, speeds = [], []
+        for side, (points, heights) in enumerate(self.soles_at(places, rotations)):
             lowest.append(heights.min(axis=1))
             steps = np.linalg.norm(np.diff(points[:, :, :2], axis=0), axis=2) * fps
             # Of a foot that rolls, the slowest point of the sole stands.

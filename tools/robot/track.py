@@ -22,6 +22,9 @@ from check import ROBOTS, ROOT, soles
 STEP, STIFFNESS, DAMPING = 0.002, 3.0, 0.03
 # The radius of the corner of a sole, in metres.
 CORNER = 0.005
+# Servos of `helped`: the whole effort at a tenth of a radian. The spring at the base: its angular frequency in 1/s, at which the
+# weight moves the base by 2.5 cm, and the radius of gyration of a humanoid in metres.
+HELPED_STIFFNESS, SPRING, GYRATION = 10.0, 20.0, 0.3
 # It has fallen where the base is lower than this part of where it should be, or this far from its direction, in radians.
 LOWEST, FARTHEST = 0.6, 1.0
 
@@ -34,26 +37,73 @@ def efforts(urdf):
 def world(urdf, mjcf):
     """The robot on a floor, with a servo for each joint, whose force is at most its effort. The feet touch the floor with the soles of the
     URDF; the shapes of the model here are meshes, which are left out."""
-    spec = mujoco.MjSpec.from_file(str(mjcf))
+    return with_servos(mujoco.MjSpec.from_file(str(mjcf)), efforts(urdf), soles(urdf))
+
+
+def with_servos(spec, efforts, soles, stiffness=STIFFNESS):
+    """A model on a floor with servos of these efforts, and these points of soles as the only shapes that touch the floor."""
     for actuator in list(spec.actuators):
         spec.delete(actuator)
     if not any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.worldbody.geoms):
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], friction=[1, 0.005, 0.0001])
-    for joint, most in efforts(urdf).items():
-        kp = STIFFNESS * most
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], friction=[1, 0.005, 0.0001], contype=1, conaffinity=1)
+    for joint, most in efforts.items():
+        kp = stiffness * most
         spec.add_actuator(
             name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT, gaintype=mujoco.mjtGain.mjGAIN_FIXED,
             biastype=mujoco.mjtBias.mjBIAS_AFFINE, gainprm=[kp] + [0] * 9, biasprm=[0, -kp, -DAMPING * kp] + [0] * 7,
             forcelimited=1, forcerange=[-most, most],
         )  # fmt: skip
-    for foot, points in soles(urdf).items():
+    for foot, points in soles.items():
         for at, radius in points:
             radius = max(radius, CORNER)
-            spec.body(foot).add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], pos=at, mass=0)
+            spec.body(foot).add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], pos=at, mass=0, contype=1, conaffinity=1)
     model = spec.compile()
     model.opt.timestep = STEP
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     return model
+
+
+def helped(model, names, qpos, fps):
+    """The mean force (weights) and moment (weight metres) of a spring at the base that keeps the robot at the motion, while servos
+    move its joints."""
+    joints = [model.joint(str(name)).id for name in names]
+    servos = [model.actuator(str(name)).id for name in names]
+    mass = model.body_subtreemass[1]
+    weight = mass * np.linalg.norm(model.opt.gravity)
+    stiffness = mass * SPRING**2 * np.repeat([1.0, GYRATION**2], 3)
+    damping = 2 * stiffness / SPRING
+    # MuJoCo integrates the damping implicitly: the base alone is too light for it.
+    model.dof_damping[:6] = damping
+    data = mujoco.MjData(model)
+    data.qpos[:7], data.qpos[model.jnt_qposadr[joints]] = qpos[0, :7], qpos[0, 7:]
+    velocity = np.zeros(6)
+    helps, seconds = [], (len(qpos) - 1) / fps
+    for step in range(int(seconds / STEP)):
+        at = step * STEP * fps
+        frame = min(int(at), len(qpos) - 2)
+        now, after = qpos[frame], qpos[frame + 1]
+        joint_velocity = (after[7:] - now[7:]) * fps
+        data.ctrl[servos] = now[7:] + (at - frame) * (after[7:] - now[7:]) + DAMPING * joint_velocity
+        velocity[:3] = (after[:3] - now[:3]) * fps
+        mujoco.mju_subQuat(velocity[3:], after[3:7], now[3:7])
+        velocity[3:] *= fps
+        wanted = now[3:7].copy()
+        mujoco.mju_quatIntegrate(wanted, velocity[3:], (at - frame) / fps)
+        if step == 0:
+            data.qvel[:6] = velocity
+            data.qvel[model.jnt_dofadr[joints]] = joint_velocity
+        turned = np.zeros(3)
+        mujoco.mju_subQuat(turned, wanted, data.qpos[3:7])
+        away = now[:3] + (at - frame) / fps * velocity[:3] - data.qpos[:3]
+        # A free joint turns in the frame of its body.
+        data.qfrc_applied[:6] = stiffness * np.concatenate([away, turned]) + damping * velocity
+        spring = data.qfrc_applied[:6] - damping * data.qvel[:6]
+        mujoco.mj_step(model, data)
+        if not np.isfinite(data.qpos).all():
+            return None, None
+        helps.append((np.linalg.norm(spring[:3]) / weight, np.linalg.norm(spring[3:]) / weight))
+    force, moment = np.mean(helps, axis=0)
+    return float(force), float(moment)
 
 
 def track(model, names, qpos, fps):
