@@ -1,9 +1,16 @@
-"""`mocap robot` beside mink with frame tasks made by hand, on Unitree's G1. A row of a table for each motion and program."""
+"""`mocap robot` beside mink with frame tasks made by hand, on Unitree's G1 and H1 and Booster's T1. A row for each motion, robot and
+program, and a table of their means.
 
+    tools/robot/peers [--all] [--rows FILE.jsonl] [--alone] [MOTION...]
+
+`--alone` measures mocap without mink. Rows of mocap beyond a bound of WANTED are printed with the frame and the command."""
+
+import argparse
 import json
 import os
 import pathlib
 import resource
+import shlex
 import sys
 import tempfile
 
@@ -11,36 +18,43 @@ import mink
 import mujoco
 import numpy as np
 
-from check import ROOT, SAMPLE, Judge, rotate, run, source_joints
+from check import ROOT, SAMPLE, rotate, run, source_joints
+from judges import KEYS, T_POSES, Robot
 
-# A link, the bone that it follows, and the weights of its place and its rotation: those of GMR's first table for G1.
-TASKS = [
-    ("pelvis", "hips", 100, 10),
-    ("torso_link", "chest", 0, 10),
-    *[
-        (f"{side}_{link}", f"{side}{bone}", place, 10)
-        for side in ["left", "right"]
-        for link, bone, place in [
-            ("hip_yaw_link", "UpperLeg", 0),
-            ("knee_link", "LowerLeg", 0),
-            ("ankle_roll_link", "Foot", 100),
-            ("shoulder_yaw_link", "UpperArm", 0),
-            ("elbow_link", "LowerArm", 0),
-            ("wrist_yaw_link", "Hand", 0),
-        ]
-    ],
-]
-# Arms sideways and straight.
-T_POSE = {
-    "left_shoulder_roll_joint": np.pi / 2,
-    "right_shoulder_roll_joint": -np.pi / 2,
-    "left_elbow_joint": np.pi / 2,
-    "right_elbow_joint": np.pi / 2,
-}
+# Weights of the place and the rotation of a link, by its bone: those of GMR's first table for G1. Other weights of GMR for the other
+# robots: the rotation of H1's torso and of T1's feet.
+PLACES, ROTATION = {"hips": 100.0, "leftFoot": 100.0, "rightFoot": 100.0}, 10.0
+ROTATIONS = {("h1", "chest"): 100.0, ("t1", "leftFoot"): 50.0, ("t1", "rightFoot"): 50.0}
 # Steps of a frame at most, the least that one must improve, and the damping, as in GMR.
 STEPS, ENOUGH, DAMPING = 10, 1e-3, 0.5
 # Left, up and forward of the figure to X forward, Y left, Z up.
 AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+# The motions of `--all`: a file of fixtures, and the seconds of it.
+ALL = [
+    ("real/cmu_12_01_walk.bvh", "0..3"), ("real/motionbuilder_vicon_walk.bvh", "0..3"), ("real/motionbuilder_vicon_walk.bvh", "5..8"),
+    ("real/nan_tokens.bvh", "0..3"), ("real/makehuman_zombie_walk.bvh", None), ("real/additive_root_walk.bvh", None), ("real/run.fbx", None),
+    ("real/cmu_mixed_rotation_orders.bvh", "0..3"), ("real/cmu_02_01.amc", None), ("real/cmu_salsa_poser_names.bvh", "1..4"),
+    ("real/cmu_salsa_poser_names.bvh", "6..9"), ("real/rokoko_dance.bvh", "1..4"), ("real/rokoko_dance.bvh", "6..9"),
+    ("real/z_up_dab.bvh", "1..4"), ("real/z_up_dab.bvh", "6..9"), ("real/mocopi_jump_six_channels.bvh", "2..5"),
+    ("real/mocopi_jump_six_channels.bvh", "7..10"), ("real/cmu_01_01.bvh", "1..4"), ("real/cmu_01_01.bvh", "8..11"),
+    ("real/cmu_01_01.bvh", "15..18"), ("real/hip_knee_ankle_names.bvh", "2..5"), ("real/hip_knee_ankle_names.bvh", "20..23"),
+    ("real/kinect_openni.bvh", "5..8"), ("real/kinect_openni.bvh", "20..23"), ("real/perception_neuron_moving_positions.bvh", "0..3"),
+    ("skeletons/accad_run_turn.bvh", None), ("skeletons/bvhtoolbox_walk01.bvh", None), ("skeletons/snu_character1_boxes.bvh", "0..3"),
+    ("skeletons/vicon_sword_attack.bvh", "0..3"), ("skeletons/rosemotion_robin.bvh", "0..3"),
+]  # fmt: skip
+# What a motion keeps to: fractions of swing frames and of frames, numbers, and metres a second more than in the source.
+WANTED = {"scrapes": 0.03, "deep": 0.01, "beyond": 0, "jumps": 0, "more_slide": 0.005}
+# What a motion that is called good keeps to, and degrees of the limbs.
+GOOD = WANTED | {"collide": 0.03, "limbs": 8.0}
+# A column: its heading, its value in a row, and its digits.
+COLUMNS = [
+    ("limbs, degrees", "limbs", 1, 1), ("slide, cm/s", "slide", 100, 1), ("scrapes, % of swing", "scrapes", 100, 1),
+    ("deeper than 2 cm, %", "deep", 100, 1), ("deepest, cm", "deepest", 100, 1), ("beyond a limit", "beyond", 1, 0),
+    ("jumps, %", "jumps", 100, 2), ("self-collision, %", "collide", 100, 1), ("help: force, weights", "force", 1, 3),
+    ("help: moment, weight m", "moment", 1, 3), ("poses a second", "speed", 1, 0),
+]  # fmt: skip
+# Of a column the table has the mean of the motions, or else their largest, or their sum.
+LARGEST, SUMS = {"deepest"}, {"beyond"}
 
 
 def product(a, b):
@@ -73,41 +87,44 @@ def bones_of(mocap, motion, folder):
     return bones
 
 
-def follow(model, bones, fps):
+def follow(robot, bones, fps):
     """Positions of the robot in all frames, and seconds of processor time."""
+    model = robot.model
     configuration = mink.Configuration(model)
     zero = np.zeros(model.nq)
     zero[3] = 1.0
     configuration.update(zero)
     data = configuration.data
-    body = lambda name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
-    hips = 0.5 * (data.xpos[body("left_hip_yaw_link")] + data.xpos[body("right_hip_yaw_link")])
-    ankle = data.xpos[body("left_ankle_roll_link")].copy()
-    leg = np.linalg.norm(data.xpos[body("left_knee_link")] - data.xpos[body("left_hip_yaw_link")])
-    leg += np.linalg.norm(ankle - data.xpos[body("left_knee_link")])
-    to_pelvis = data.xpos[body("pelvis")] - hips
+    at = lambda bone: data.xpos[robot.body(robot.links[bone])].copy()
+    middle = 0.5 * (at("leftUpperLeg") + at("rightUpperLeg"))
+    leg = np.linalg.norm(at("leftLowerLeg") - at("leftUpperLeg")) + np.linalg.norm(at("leftFoot") - at("leftLowerLeg"))
+    to_hips = at("hips") - middle
+    sole = next(heights for _, heights in robot.soles_at(*robot.poses(zero[None])))
+    ankle_height = at("leftFoot")[2] - sole.min()
     t_pose = zero.copy()
-    for joint, angle in T_POSE.items():
-        t_pose[model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)]] = angle
+    for joint, angle in T_POSES[robot.key].items():
+        t_pose[model.jnt_qposadr[model.joint(joint).id]] = angle
     configuration.update(t_pose)
-    at_t_pose = {link: data.xquat[body(link)].copy() for link, *_ in TASKS}
+    at_t_pose = {link: data.xquat[robot.body(link)].copy() for link in robot.links.values()}
 
     upper, lower, foot = (bones[f"left{bone}"][0] for bone in ["UpperLeg", "LowerLeg", "Foot"])
     human_leg = np.mean(np.linalg.norm(upper - lower, axis=1) + np.linalg.norm(lower - foot, axis=1))
     scale = leg / human_leg
-    # The lowest ankle stands as high as that of the robot on its soles, which are 35 mm below.
+    # The lowest ankle stands as high as that of the robot on its soles.
     lowest = min(bones[f"{side}Foot"][0][:, 2].min() for side in ["left", "right"])
-    raised = np.array([0.0, 0.0, 0.035 - scale * lowest])
+    raised = np.array([0.0, 0.0, ankle_height - scale * lowest])
     places = {bone: scale * place + raised for bone, (place, _) in bones.items()}
-    middle = 0.5 * (places["leftUpperLeg"] + places["rightUpperLeg"])
-    places["hips"] = middle + rotate(bones["hips"][1], to_pelvis)
+    places["hips"] = 0.5 * (places["leftUpperLeg"] + places["rightUpperLeg"]) + rotate(bones["hips"][1], to_hips)
 
-    tasks = [(mink.FrameTask(link, "body", place, rotation, lm_damping=1), link, bone) for link, bone, place, rotation in TASKS]
-    tasks = [task for task in tasks if task[2] in bones]
+    tasks = []
+    for bone, link in robot.links.items():
+        if bone in bones:
+            rotation = ROTATIONS.get((robot.key, bone), ROTATION)
+            tasks.append((mink.FrameTask(link, "body", PLACES.get(bone, 0.0), rotation, lm_damping=1), link, bone))
     limits = [mink.ConfigurationLimit(model)]
     all_tasks = [task for task, _, _ in tasks]
     configuration.update(zero)
-    frames = len(middle)
+    frames = len(places["hips"])
     qpos = np.empty((frames, model.nq))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
     for frame in range(frames):
@@ -126,38 +143,113 @@ def follow(model, bones, fps):
     return qpos, resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
 
 
-def row(judge, name, motion, qpos, seconds, contacts, fps, source):
-    places, rotations = judge.poses(qpos)
-    below, _, slide = judge.feet(places, rotations, contacts, fps)
-    angles = judge.limbs(rotations, source)
-    low, high = judge.model.jnt_range[1:].T
-    # The MJCF states its limits in five digits or six.
-    beyond = int(((qpos[:, 7:] < low - 1e-5) | (qpos[:, 7:] > high + 1e-5)).sum())
-    slide = "-" if slide is None else f"{100 * slide:.1f}"
-    cells = [motion, name, f"{np.mean(list(angles.values())):.1f}", beyond, slide, f"{100 * below:.1f}"]
-    print("|", " | ".join(map(str, [*cells, f"{len(qpos) / seconds:,.0f}"])), "|", flush=True)
+def pieces(mocap, motions, folder):
+    """The files to retarget, with their names: parts of files are written as BVH."""
+    for number, (path, trim) in enumerate(motions):
+        if trim is None:
+            yield path, path.stem
+            continue
+        part = folder / f"{number}.bvh"
+        done, _ = run(mocap, "convert", path, part, "--drop-first-frame", "auto", "--trim", trim)
+        assert done.returncode == 0, done.stderr
+        yield part, f"{path.stem} {trim} s"
+
+
+def rows_of(robot, mocap, motion, name, alone, folder):
+    """A row for each program: what a motion on the robot is judged by."""
+    command = [mocap, "robot", motion, "--robot", robot.urdf, "-o", folder / "a.npz"]
+    done, seconds = run(*command, "--json")
+    if done.returncode:
+        print(f"{robot.key} {name}: {done.stderr.strip()[:200]}", file=sys.stderr)
+        return
+    report, written = json.loads(done.stdout), np.load(folder / "a.npz")
+    fps, contacts = float(written["fps"]), written["contacts"]
+    if len(contacts) < 12:
+        return
+    order = [list(written["dof_names"]).index(joint) for joint in robot.joints]
+    qpos = np.concatenate([written["root_pos"], written["root_rot"][:, [3, 0, 1, 2]], written["dof_pos"][:, order]], axis=1)
+    source = source_joints(mocap, motion, folder)
+    made = [("mocap", qpos, seconds)]
+    if not alone:
+        # What mocap takes for the frame before the motion is left out by both.
+        theirs, their_seconds = follow(robot, bones_of(mocap, motion, folder), fps)
+        made.append(("mink", theirs[len(theirs) - len(qpos) :], their_seconds))
+    for program, qpos, seconds in made:
+        row = {"clip": name, "program": program, **robot.row(qpos, contacts, fps, source, folder), "speed": len(qpos) / max(seconds, 1e-9)}
+        row["scrapes"] = row["scraping"] / row["swing"] if row["swing"] else None
+        source_slide = report["source_skate"]
+        row["more_slide"] = None if None in (row["slide"], source_slide) else row["slide"] - source_slide
+        if program == "mocap":
+            row |= {key: report[key] for key in ["verdict", "source_skate"]}
+            row["command"] = shlex.join(map(str, command[:-1] + ["a.npz"]))
+        yield row
+
+
+def number(value, factor, digits):
+    return "-" if value is None else f"{factor * value:,.{digits}f}"
+
+
+def table(rows, programs):
+    """A row for each robot and program: what its motions have on average, at most or in total."""
+    print("| robot | |", " | ".join(heading for heading, *_ in COLUMNS), "|")
+    print("|---" * (len(COLUMNS) + 2) + "|")
+    for key in dict.fromkeys(row["robot"] for row in rows):
+        for program in programs:
+            cells = []
+            for _, name, factor, digits in COLUMNS:
+                values = [row[name] for row in rows if (row["robot"], row["program"]) == (key, program) and row[name] is not None]
+                together = max if name in LARGEST else sum if name in SUMS else np.mean
+                cells.append(number(together(values) if values else None, factor, digits))
+            first = f"| {key.upper()} |" if program == programs[0] else "| |"
+            print(first, " | ".join([program, *cells]), "|")
+
+
+def violations(rows):
+    """Prints the rows of mocap beyond a bound, and how many of them are called good."""
+    ours = [row for row in rows if row["program"] == "mocap"]
+    beyond = lambda row, bounds: {name: row[name] for name, bound in bounds.items() if (row[name] or 0) > bound}
+    for row in ours:
+        found = beyond(row, WANTED)
+        if found:
+            frames = {
+                "scrapes": row["scraping_frames"][:8], "deep": (row["deepest_frame"], row["deepest_link"]),
+                "beyond": row["beyond_frames"], "jumps": row["jumped"],
+            }  # fmt: skip
+            what = ", ".join(f"{name} {value:.4g} {frames.get(name, '')}" for name, value in found.items())
+            print(f"{row['robot']} {row['clip']} ({row['verdict']}): {what}; {row['command']}")
+    good = [row for row in ours if row["verdict"] == "good"]
+    wrong = [row for row in good if beyond(row, GOOD)]
+    print(f"{len(ours)} motions on robots, {len(good)} good, of which {len(wrong)} beyond a bound")
+    for row in wrong:
+        print(f"called good: {row['robot']} {row['clip']}: {beyond(row, GOOD)}")
 
 
 def main():
-    mocap = os.environ["MOCAP"]
-    motions = [pathlib.Path(path) for path in sys.argv[1:]] or [ROOT / "fixtures/real" / name for name in SAMPLE]
-    judge = Judge(mocap, "g1")
-    print("| motion | | limbs, degrees | beyond a limit | slide, cm/s | below the floor, % | poses a second |")
-    print("|---|---|---|---|---|---|---|")
-    for motion in motions:
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            done, seconds = run(mocap, "robot", motion, "--robot", judge.urdf, "-o", folder / "a.npz", "--passes", "1")
-            assert done.returncode == 0, done.stderr
-            written = np.load(folder / "a.npz")
-            root = np.concatenate([written["root_pos"], written["root_rot"][:, [3, 0, 1, 2]]], axis=1)
-            ours = np.concatenate([root, written["dof_pos"]], axis=1)
-            source = source_joints(mocap, motion, folder)
-            fps, contacts = float(written["fps"]), written["contacts"]
-            bones = bones_of(mocap, motion, folder)
-            theirs, their_seconds = follow(judge.model, bones, fps)
-        row(judge, "mocap", motion.stem, ours, seconds, contacts, fps, source)
-        row(judge, "mink", motion.stem, theirs, their_seconds, contacts, fps, source)
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--all", action="store_true", help="thirty motions of fixtures instead of three")
+    parser.add_argument("--alone", action="store_true", help="measure mocap without mink")
+    parser.add_argument("--rows", type=pathlib.Path, help="write every row to this file, as lines of JSON")
+    parser.add_argument("--robot", choices=KEYS, action="append", help="only this robot")
+    parser.add_argument("motions", nargs="*", type=pathlib.Path)
+    args = parser.parse_args()
+    mocap, rows = os.environ["MOCAP"], []
+    motions = [(path, None) for path in args.motions] or [(ROOT / "fixtures/real" / name, None) for name in SAMPLE]
+    if args.all:
+        motions = [(ROOT / "fixtures" / path, trim) for path, trim in ALL]
+    programs = ["mocap"] if args.alone else ["mocap", "mink"]
+    robots = [Robot(mocap, key) for key in args.robot or KEYS]
+    with tempfile.TemporaryDirectory() as parts:
+        for motion, name in pieces(mocap, motions, pathlib.Path(parts)):
+            for robot in robots:
+                with tempfile.TemporaryDirectory() as folder:
+                    for row in rows_of(robot, mocap, motion, name, args.alone, pathlib.Path(folder)):
+                        rows.append(row)
+                        cells = (number(row[column], factor, digits) for _, column, factor, digits in COLUMNS)
+                        print(row["robot"], name, row["program"], *cells, row.get("verdict", ""), sep=", ", file=sys.stderr, flush=True)
+                        if args.rows:
+                            args.rows.open("a").write(json.dumps(row) + "\n")
+    table(rows, programs)
+    violations(rows)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,225 @@
+"""Robots on which `peers.py` compares programs, and what MuJoCo measures of any program's motion on them."""
+
+import importlib.util
+import json
+import pathlib
+
+import mujoco
+import numpy as np
+
+from check import ROOT, Judge, Shapes, rotate
+from measure import WINDOW, jumps, source_rotations
+from packages import LOCOMOTION, model_of
+from track import HELPED_STIFFNESS, efforts, helped, with_servos
+
+# A foot in the air scrapes the floor below this height (metres) if it is faster than this (metres a second).
+SCRAPES_BELOW, SCRAPES_ABOVE = 0.005, 0.3
+# A link is too deep below the floor from here on, in metres.
+DEEP = 0.02
+# The MJCF states its limits in five digits or six.
+ROUNDING = 1e-5
+# Links, named by the bone whose rotation they have in full. GMR's configurations name these links or a link before them.
+SIDES = {"left": ("left", "Left", "AL"), "right": ("right", "Right", "AR")}
+LINKS = {
+    "g1": {
+        "UpperLeg": "{0}_hip_yaw_link", "LowerLeg": "{0}_knee_link", "Foot": "{0}_ankle_roll_link",
+        "UpperArm": "{0}_shoulder_yaw_link", "LowerArm": "{0}_elbow_link", "Hand": "{0}_wrist_yaw_link",
+    },
+    "h1": {
+        "UpperLeg": "{0}_hip_pitch_link", "LowerLeg": "{0}_knee_link", "Foot": "{0}_ankle_link",
+        "UpperArm": "{0}_shoulder_yaw_link", "LowerArm": "{0}_elbow_link",
+    },
+    "t1": {
+        "UpperLeg": "Hip_Yaw_{1}", "LowerLeg": "Shank_{1}", "Foot": "{0}_foot_link",
+        "UpperArm": "{2}3", "LowerArm": "{0}_hand_link",
+    },
+}  # fmt: skip
+TRUNKS = {
+    "g1": {"hips": "pelvis", "chest": "torso_link"},
+    "h1": {"hips": "pelvis", "chest": "torso_link"},
+    "t1": {"hips": "Waist", "chest": "Trunk"},
+}
+# Joints that differ from 0 where the robot stands with its arms sideways and straight. T1 stands so with all joints at 0.
+QUARTER_TURN = np.pi / 2
+ARMS_SIDEWAYS = {
+    "left_shoulder_roll_joint": QUARTER_TURN, "right_shoulder_roll_joint": -QUARTER_TURN,
+    "left_elbow_joint": QUARTER_TURN, "right_elbow_joint": QUARTER_TURN,
+}  # fmt: skip
+T_POSES = {"g1": ARMS_SIDEWAYS, "h1": ARMS_SIDEWAYS, "t1": {}}
+KEYS = list(LINKS)
+# Robots of MuJoCo Playground. The URDF of G1 has meshes, which are not here: without shapes, no program can keep links apart.
+PACKAGED = {"g1", "t1"}
+FEET = {"g1": ["left_ankle_roll_link", "right_ankle_roll_link"], "t1": ["left_foot_link", "right_foot_link"]}
+
+
+def package_file(robot):
+    """A robot's file in PyPI's package of MuJoCo Playground."""
+    package, _, inner = LOCOMOTION.partition("/")
+    spec = importlib.util.find_spec(package)
+    assert spec and spec.submodule_search_locations
+    return pathlib.Path(spec.submodule_search_locations[0]) / inner / robot / f"xmls/{robot}_mjx_feetonly.xml"
+
+
+def joined(spec):
+    """The model of the links alone, whose shapes all collide with each other."""
+    for joint in list(spec.joints):
+        if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+            spec.delete(joint)
+    for actuator in list(spec.actuators):
+        spec.delete(actuator)
+    for key in list(spec.keys):
+        spec.delete(key)
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = 1, 1
+    return spec.compile()
+
+
+def successive(model):
+    """Pairs of links with shapes between which the tree has only links without shapes."""
+    for body in range(1, model.nbody):
+        above = model.body_parentid[body]
+        while above and not model.body_geomnum[above]:
+            above = model.body_parentid[above]
+        yield tuple(sorted((int(above), body)))
+
+
+def without_meshes(path):
+    spec = mujoco.MjSpec.from_file(str(path))
+    meshes = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH]
+    for element in [*spec.pairs, *spec.excludes, *meshes, *spec.meshes]:
+        spec.delete(element)
+    return spec
+
+
+class Robot(Judge):
+    """A robot with links named by bones, and the shapes of its links."""
+
+    def __init__(self, mocap, key):
+        if key in PACKAGED:
+            self.of_package(mocap, key)
+        else:
+            super().__init__(mocap, key)
+        self.links = dict(TRUNKS[key])
+        for side, names in SIDES.items():
+            self.links |= {f"{side}{bone}": link.format(*names) for bone, link in LINKS[key].items()}
+        if key in PACKAGED:
+            self.shapes = Shapes(joined(without_meshes(self.mjcf)))
+        self.shapes.at_rest |= set(successive(self.shapes.model))
+        self.surface = list(self.surfaces(self.shapes.model))
+        self.servos = None
+
+    def of_package(self, mocap, key):
+        self.mocap, self.key, self.mjcf = mocap, key, package_file(key)
+        self.urdf = self.mjcf
+        self.model = model_of(self.mjcf)
+        self.data = mujoco.MjData(self.model)
+        self.joints = [self.model.joint(index).name for index in range(1, self.model.njnt)]
+        self.soles = {foot: list(self.points(foot)) for foot in FEET[key]}
+        if key == "g1":
+            self.truth = json.loads((ROOT / "fixtures/robots/truth.json").read_text())["robots"]["g1_29dof_rev_1_0.urdf"]
+            return
+        arms = {f"{side}{bone}": [0.0, sign, 0.0] for side, sign in [("left", 1.0), ("right", -1.0)] for bone in ["UpperArm", "LowerArm"]}
+        legs = {f"{side}{bone}": [0.0, 0.0, -1.0] for side in ["left", "right"] for bone in ["UpperLeg", "LowerLeg"]}
+        bones = {}
+        for side, names in SIDES.items():
+            bones |= {f"{side}{bone}": {"link": link.format(*names)} for bone, link in LINKS[key].items()}
+        self.truth = {"zero_pose_directions": arms | legs, "bones": bones}
+
+    def points(self, foot):
+        """Points of the shapes of a foot, as `check.soles` gives them."""
+        for geom in np.flatnonzero(self.model.geom_bodyid == self.body(foot)):
+            at, size, kind = self.model.geom_pos[geom], self.model.geom_size[geom], self.model.geom_type[geom]
+            if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+                yield at, size[0]
+            elif kind == mujoco.mjtGeom.mjGEOM_BOX:
+                turn = np.zeros(9)
+                mujoco.mju_quat2Mat(turn, self.model.geom_quat[geom])
+                signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
+                yield from ((at + turn.reshape(3, 3) @ (sign * size), 0.0) for sign in signs)
+
+    def surfaces(self, model):
+        """Shapes of all links but the feet, whose soles are known: the link, the kind, the size, the place, the axes."""
+        base = self.model.body(1).name
+        for geom in range(model.ngeom):
+            link = model.body(model.geom_bodyid[geom]).name if model.geom_bodyid[geom] else base
+            kind = mujoco.mjtGeom(model.geom_type[geom])
+            if link in self.soles or kind in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_MESH):
+                continue
+            turn = np.zeros(9)
+            mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+            yield self.body(link), kind, model.geom_size[geom], model.geom_pos[geom], turn.reshape(3, 3)
+
+    def heights(self, places, rotations):
+        """The height of the lowest point of each shape in each frame, and the names of their links."""
+        found, names = [], []
+        for _, heights in self.soles_at(places, rotations):
+            found.append(heights.min(axis=1))
+        names.extend(sorted(self.soles))
+        kinds = mujoco.mjtGeom
+        for body, kind, size, at, turn in self.surface:
+            centre = places[:, body, 2] + rotate(rotations[:, body], at)[:, 2]
+            back = rotations[:, body] * [1, -1, -1, -1]
+            up = rotate(back, np.array([0.0, 0.0, 1.0])) @ turn
+            down = {
+                kinds.mjGEOM_SPHERE: lambda: size[0],
+                kinds.mjGEOM_CAPSULE: lambda: size[0] + np.abs(up[:, 2]) * size[1],
+                kinds.mjGEOM_BOX: lambda: np.abs(up) @ size,
+                kinds.mjGEOM_CYLINDER: lambda: np.abs(up[:, 2]) * size[1] + size[0] * np.sqrt(np.maximum(0, 1 - up[:, 2] ** 2)),
+            }[kind]()
+            found.append(centre - down)
+            names.append(self.model.body(body).name)
+        return np.array(found).T, names
+
+    def scraping(self, places, rotations, contacts, fps):
+        """Frames in which each foot is in the air, and those of them in which it scrapes the floor."""
+        swings, scrapes = [], []
+        for side, (points, heights) in enumerate(self.soles_at(places, rotations)):
+            lowest = heights.argmin(axis=1)[:-1]
+            rows = np.arange(len(lowest))
+            speed = np.linalg.norm((points[1:] - points[:-1])[rows, lowest, :2], axis=1) * fps
+            swing = ~contacts[:-1, side] & ~contacts[1:, side]
+            swings.append(swing)
+            scrapes.append(swing & (heights[rows, lowest] < SCRAPES_BELOW) & (speed > SCRAPES_ABOVE))
+        return np.array(swings), np.array(scrapes)
+
+    def beyond(self, positions):
+        """Positions beyond the limits, frame by joint."""
+        low, high = self.model.jnt_range[1:].T
+        return (positions < low - ROUNDING) | (positions > high + ROUNDING)
+
+    def help_needed(self, qpos, fps):
+        if self.servos is None:
+            of_file = dict(zip(self.joints, map(float, self.model.jnt_actfrcrange[1:, 1])))
+            most = of_file if self.key in PACKAGED else efforts(self.urdf)
+            spec = without_meshes(self.mjcf)
+            for geom in spec.geoms:
+                if geom.type != mujoco.mjtGeom.mjGEOM_PLANE:
+                    geom.contype, geom.conaffinity = 0, 0
+            for key in list(spec.keys):
+                spec.delete(key)
+            self.servos = with_servos(spec, {name: most[name] for name in self.joints}, self.soles, HELPED_STIFFNESS)
+        return helped(self.servos, self.joints, qpos, fps)
+
+    def row(self, qpos, contacts, fps, source, folder):
+        """What a motion is judged by. `folder` has the files of `source_joints`."""
+        places, rotations = self.poses(qpos)
+        _, _, slide = self.feet(places, rotations, contacts, fps)
+        heights, links = self.heights(places, rotations)
+        swings, scrapes = self.scraping(places, rotations, contacts, fps)
+        angles = self.limbs(rotations, source)
+        beyond = self.beyond(qpos[:, 7:])
+        window = max(1, round(fps * WINDOW))
+        names = [name.lower() for name in self.joints]
+        share, jumped = jumps({"dof_pos": qpos[:, 7:], "dof_names": names}, source_rotations(folder, self.mocap, window), window)
+        force, moment = self.help_needed(qpos, fps)
+        deepest = int(heights.min(axis=1).argmin())
+        return {
+            "robot": self.key, "frames": len(qpos), "fps": fps, "limbs": float(np.mean(list(angles.values()))), "slide": slide,
+            "swing": int(swings.sum()), "scraping": int(scrapes.sum()),
+            "scraping_frames": np.flatnonzero(scrapes.any(axis=0)).tolist(),
+            "deep": float((heights.min(axis=1) < -DEEP).mean()), "deepest": float(-heights.min()), "deepest_frame": deepest,
+            "deepest_link": links[int(heights[deepest].argmin())],
+            "beyond": int(beyond.sum()), "beyond_frames": np.flatnonzero(beyond.any(axis=1)).tolist()[:5],
+            "jumps": share, "jumped": jumped,
+            "collide": self.shapes.share(self.joints, qpos[:, 7:]), "force": force, "moment": moment,
+        }  # fmt: skip
