@@ -84,7 +84,8 @@ def main():
                 if 0.1 < time < last and len(events):
                     off = (events - time)[np.argmin(np.abs(events - time))] * 1000
                     is_found = abs(off) < APART
-                    found[kind].extend([off] * is_found)
+                    if is_found:
+                        found[kind].append(off)
                     print(f"  {side:5} {kind:12} {time:.3f} s, mocap {off:+.0f} ms" if is_found else f"  {side:5} {kind:12} {time:.3f} s, not found")
     for kind, off in found.items():
         print(f"{kind}: {np.median(off):+.0f} ms in the median, {np.median(np.abs(off)):.0f} ms without sign, at most {np.abs(off).max():.0f} ms")
