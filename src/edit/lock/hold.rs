@@ -12,10 +12,10 @@ use super::weights::FootLockWeights;
 use crate::body::{Leg, and_below};
 use crate::contacts::DetectedContacts;
 
-/// The largest distance of an offset from the median offset of its contact, in metres. A larger one is noise.
+/// The largest distance of an offset from the median offset of its contact, in metres. Other offsets are noise.
 const NEAR: f32 = 0.02;
 
-/// The lasting offset from its level that a foot keeps, in metres. Soles of shoes differ by as much.
+/// The offset from its level that a foot keeps, in metres. Soles of shoes differ by as much.
 const LEAST: f32 = 0.01;
 
 /// The smallest height offset, in metres, at which a foot stands on an object instead of the ground. It is below the
@@ -64,8 +64,8 @@ impl Hold {
         }
     }
 
-    /// Keeps the height of the foot in each contact: its level, or the offset from it that lasts for `blend` frames and
-    /// is small. If the level is unknown, the foot is not moved.
+    /// Lifts or lowers the foot to its level in each contact. The offset is smoothed over `blend` frames, so it is
+    /// constant in a short contact and changes slowly in a long one. If the level is unknown, the foot is not moved.
     pub(super) fn level(&mut self, up: Vec3, blend: usize) {
         if self.levels.iter().all(Option::is_none) {
             return;
@@ -80,10 +80,9 @@ impl Hold {
             }
             let end = (start..frames).find(|frame| !self.leg.rests(*frame)).unwrap_or(frames);
             if let Some(off) = self.off_level(start..end, up) {
-                let off = shift::filled(off.into_iter());
-                let slow = shift::smooth(&off, blend);
-                for ((known, off), slow) in known[start..end].iter_mut().zip(off).zip(slow) {
-                    *known = Some(off - slow.clamp_length_max(LEAST / self.metres));
+                let off = shift::smooth(&shift::filled(off.into_iter()), blend);
+                for (known, off) in known[start..end].iter_mut().zip(off) {
+                    *known = Some(off);
                 }
             }
             start = end;
@@ -105,10 +104,11 @@ impl Hold {
         let mut found = points.filter_map(|(point, level)| Some(off(point, (*level)?)));
         let found = found.find(|off| off.iter().any(Option::is_some))?;
         let median = mocap_scene::math::median::median(&mut found.iter().flatten().copied().collect::<Vec<f32>>())?;
-        let near = NEAR / self.metres;
-        let near = |off: f32| up * off.clamp(median - near, median + near);
+        let is_near = |off: &f32| (off - median).abs() * self.metres < NEAR;
         let far = median.abs() * self.metres > FARTHEST;
-        (!far).then(|| found.into_iter().map(|off| off.map(near)).collect())
+        let least = LEAST / self.metres;
+        let level = |off: f32| up * (off - off.clamp(-least, least));
+        (!far).then(|| found.into_iter().map(|off| off.filter(is_near).map(level)).collect())
     }
 
     /// Raises points that would be below the floor smoothly, within `radius` frames before and after.
