@@ -1,6 +1,6 @@
 //! Solves joint rotations from positions: a skeleton whose joints follow points, frame by frame.
 //!
-//! A [`JointSet`] states the joints: the points from which the position of a joint is known, its parent and its bone.
+//! A [`JointSet`] states the joints. Each joint has a parent, a bone, and the points from which its position is known.
 //! The solver then works in three steps:
 //!
 //! 1. It fills gaps in the points by linear interpolation, and reports the gaps.
@@ -173,7 +173,12 @@ fn write(
     assume(Topic::Body, choice, "the file has no rotations", None);
     if scene.metadata.up.is_none() && up.0 != UpAxis::Y {
         let choice = format!("{} was up, and is +Y now", up.0.as_str().to_uppercase());
-        assume(Topic::UpAxis, choice, "the spine points there on average", Some(up.1));
+        assume(
+            Topic::UpAxis,
+            choice,
+            "the spine points in this direction on average",
+            Some(up.1),
+        );
     }
     scene.metadata.up = Some(UpAxis::Y);
 }

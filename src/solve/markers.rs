@@ -45,14 +45,14 @@ use super::rest::Rest;
 use super::set::{JointSet, SetJoint};
 use super::{rules, turn, turned, write};
 
-/// The number of frames for calibration. The time of an iteration grows with it.
+/// The number of frames for calibration. The time of an iteration grows with this number.
 const CALIBRATED: usize = 40;
 
 /// The rate at which frames are solved first, each from the previous one, in frames per second. Between two of these
 /// frames, the limbs of a runner turn by less than 45 degrees.
 const COARSE_RATE: f64 = 30.0;
 
-/// What the caller knows about markers in addition to their labels.
+/// The caller's knowledge about markers, in addition to their labels.
 #[derive(Debug, Default)]
 pub struct Known {
     labels: Labels,

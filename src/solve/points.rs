@@ -55,7 +55,7 @@ impl Points {
                 let message = format!("the point {name} is in no frame");
                 return Err(Diagnostic::new(Code::InvalidValue, message)
                     .in_joint(name)
-                    .help("remove it from the joints: {joints} FILE")
+                    .help("remove the point from the joints: {joints} FILE")
                     .into());
             }
             let (track, filled) = fill(&ticks, values, frames);

@@ -26,7 +26,7 @@ pub(super) enum Rule {
     Trunk { left: usize, right: usize, up: Up },
     /// The direction to the child, and this fraction of the twist between hips and chest.
     Spine { child: usize, chest: usize, fraction: f32 },
-    /// The direction to the child, and the hinge there. `end` is the far end of the bone after the hinge.
+    /// The direction to the child, and the hinge at the child. `end` is the far end of the bone after the hinge.
     Upper { child: usize, end: usize },
     /// The direction to the child, and the hinge of the parent joint.
     Lower { child: usize },
@@ -76,7 +76,8 @@ impl Rules {
     }
 }
 
-/// The child whose direction differs most from the direction of `child`, if it differs enough.
+/// The child whose direction differs most from the direction of `child`. `None` if the angle is too small to determine
+/// a roll.
 fn beside(set: &JointSet, points: &Points, joint: usize, child: usize) -> Option<usize> {
     /// The smallest angle in degrees at which two directions determine a roll.
     const LEAST: f32 = 10.0;
@@ -104,7 +105,8 @@ fn chest(set: &JointSet) -> Option<usize> {
     .find_map(|[left, right]| parent(left).filter(|chest| parent(right) == Some(*chest)))
 }
 
-/// The rule of a joint with a left and a right child, from the first of these bones for which both exist.
+/// The rule of a joint with a left and a right child. The children are the first bone of `sides` that exists on both
+/// sides.
 fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Option<Rule> {
     /// The fraction of the line across below which two joints are too close to give a direction.
     const NEAR: f32 = 0.1;

@@ -259,7 +259,8 @@ impl JointSet {
     }
 
     /// Parses the set from a JSON list of joints, parents first. Each joint has `name`, `parent`, `bone` (a VRM name)
-    /// and `points`. The joint is at the centroid of its points. The default is the point with its name.
+    /// and `points`. The joint is at the centroid of its points. Without `points`, the joint is at the point with its
+    /// name.
     ///
     /// ```
     /// use mocap::solve::JointSet;

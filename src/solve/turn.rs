@@ -160,7 +160,7 @@ impl Solver<'_> {
         aimed.iter().enumerate().map(rotation).collect()
     }
 
-    /// The direction to the child, with the roll from the hinge there.
+    /// The rotation toward the child, with the roll from the hinge at the child.
     fn upper(
         &mut self,
         joint: usize,

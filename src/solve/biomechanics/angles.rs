@@ -31,12 +31,13 @@ use super::segments::Segments;
 /// | `elbow_flex`, `elbow_carrying`, `pro_sup` | Z, X, Y | flexion, varus, pronation |
 /// | `wrist_flex`, `_deviation`, `_rotation` | Z, X, Y | flexion, to the little finger, pronation |
 ///
-/// A body that was solved from markers with gaps has a last column, `filled_joints`: the number of joints in the frame
-/// that too few markers determine.
+/// A body that was solved from markers with gaps has a last column, `filled_joints`. It counts the joints that too few
+/// markers determine in the frame.
 ///
 /// The column names of sides end in `_r` and `_l`. Upper arm angles are relative to the chest. A plane of elevation has
 /// no meaning while the arm hangs, and `arm_flex` has none while the arm is abducted by 90 degrees. The T-pose of the
-/// figure is the neutral pose. So a pelvis that a laboratory calls tilted, because of its spines, has a tilt of 0 here.
+/// figure is the neutral pose. A laboratory measures the tilt of the pelvis by its iliac spines, so a pelvis that is
+/// tilted there can have a tilt of 0 here.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -89,7 +90,7 @@ impl JointAngles {
     }
 
     /// Adds a column with the number of filled joints in each frame, if the scene was solved from markers with such
-    /// gaps. A scene that was cut or resampled afterwards has other frames.
+    /// gaps. Adds nothing if the number of frames has changed since, by a cut or by resampling.
     fn mark_filled(&mut self, scene: &Scene) {
         let Some(solved) = scene
             .metadata

@@ -20,8 +20,8 @@ const JOINTS: [(&str, [&str; 3]); 4] = [
 /// The pelvis angles, which have no side.
 const PELVIS: &str = "PelvisAngles";
 
-/// Factors, 1 or -1, that give pelvis columns the signs of Plug-in Gait. There three directions are positive: a forward
-/// tilt, the foot's own side up, and its own side forward.
+/// Factors, 1 or -1, that give pelvis columns the signs of Plug-in Gait. In Plug-in Gait three directions are positive:
+/// a forward tilt, the foot's own side up, and its own side forward.
 const SIGNS: [(&str, [f64; 3]); 2] = [("L", [-1.0, 1.0, -1.0]), ("R", [-1.0, -1.0, 1.0])];
 
 /// The difference between an angle and the same angle in the file, in degrees.
@@ -88,8 +88,8 @@ impl JointAngles {
         found
     }
 
-    /// The pelvis angles relative to the laboratory axis that is nearest to its facing direction, as Plug-in Gait
-    /// defines them.
+    /// The pelvis angles relative to the laboratory axis that is nearest to the pelvis's facing direction, as Plug-in
+    /// Gait defines them.
     fn pelvis_ahead(&self, columns: [&str; 3], signs: [f64; 3]) -> Option<[Vec<f64>; 3]> {
         let [tilt, list, rotation] = columns.map(|column| self.column(column).map(Iterator::collect::<Vec<f64>>));
         let (tilt, list, rotation) = (tilt?, list?, rotation?);

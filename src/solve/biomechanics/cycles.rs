@@ -20,13 +20,14 @@ pub struct AngleCycle {
     pub column: String,
     /// The mean over the strides, in degrees, at 0, 1, ... 100 % of the stride.
     pub mean: Vec<f64>,
-    /// The standard deviation over the strides (divisor `count - 1`) at the same times; 0 for one stride.
+    /// The standard deviation over the strides (divisor `count - 1`) at 0, 1, ... 100 % of the stride; 0 for one
+    /// stride.
     pub deviation: Vec<f64>,
 }
 
 impl AngleCycle {
-    /// The cycles of a foot between pairs of strikes, in seconds: of its own joints, the pelvis and the trunk. `ending`
-    /// ends the names of the other side's columns.
+    /// The average strides of a foot: the angles of its leg, the pelvis and the trunk. Each pair in `strikes` begins
+    /// and ends a stride, in seconds. Columns whose names end in `ending` belong to the other side.
     pub(super) fn all(angles: &JointAngles, strikes: &[[f64; 2]], ending: &str) -> Vec<Self> {
         if strikes.is_empty() || angles.frames() == 0 {
             return Vec::new();

@@ -11,8 +11,8 @@ pub(super) struct FileEvents {
 }
 
 impl FileEvents {
-    /// `None` if the events do not include a stride and the other foot, or if a processing step changed the times of
-    /// the motion.
+    /// `None` if no foot has a stride, or the other foot has no event, or a processing step changed the times of the
+    /// motion.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         let recorded = scene.metadata.recorded.as_deref()?;
         let animation = scene.animations.first().filter(|_| keeps_times(scene))?;

@@ -9,8 +9,8 @@ use mocap_scene::scene::{AnalogChannel, ForcePlate, Recording, Scene};
 use super::TimeSeries;
 use super::series::recorded;
 
-/// The vertical force in newtons below which a plate has no centre of pressure. There, noise of some newtons would move
-/// the centre anywhere.
+/// The vertical force in newtons below which a plate has no centre of pressure. At such a force, noise of some newtons
+/// would move the centre by any distance.
 const LEAST_FORCE: f64 = 10.0;
 
 /// The names of a plate's columns, as OpenSim's C3D script `osimC3D.m` writes them. `*` is the plate number.
@@ -62,7 +62,8 @@ impl TimeSeries {
             .sum();
         let sign = if up < 0.0 { -1.0 } else { 1.0 };
         if up < 0.0 {
-            let note = "the file has the forces of the body on the plates, which point down; they were reversed";
+            let note =
+                "the file has the forces of the body on the plates, which point down; mocap reversed these forces";
             series.notes.push(note.to_owned());
         }
         for (number, _) in &plates {

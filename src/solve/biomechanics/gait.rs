@@ -50,8 +50,8 @@ const STAYS: f64 = 0.15;
 /// walk. The foot also descends once earlier in the swing, after its toes passed over the ground.
 const STRIKES_WITHIN: f64 = 0.15;
 
-/// Half of the time over which foot heights are averaged, in seconds. They are averaged twice, which passes 7 Hz, as
-/// the filter of O'Connor and others (2007) does.
+/// Half of the time over which foot heights are averaged, in seconds. The heights are averaged twice. This lets motion
+/// up to 7 Hz pass, like the filter of O'Connor and others (2007).
 const HEIGHTS_OVER: f64 = 0.025;
 
 /// The time in seconds before the rearmost position within which the toes leave the ground: the flight phase of a run
@@ -77,9 +77,9 @@ pub struct Stride {
     pub side: Side,
     /// The times of its two heel strikes, in seconds from the first frame.
     pub strikes: [f64; 2],
-    /// The time of its toe-off between them.
+    /// The time of the foot's toe-off between the two heel strikes.
     pub toe_off: Option<f64>,
-    /// The time of the other foot's heel strike between them.
+    /// The time of the other foot's heel strike between the two heel strikes.
     pub other_strike: Option<f64>,
     /// The length in metres; `None` if the motion is in place.
     pub length: Option<f64>,
@@ -295,7 +295,8 @@ impl<'a> Foot<'a> {
         })
     }
 
-    /// The toe-offs of this foot. If no foot is on the ground after a toe-off, it is when the knee is most extended.
+    /// The toe-offs of this foot. If no foot is on the ground after a toe-off, the time is when the knee is most
+    /// extended.
     fn running_toe_offs(&self, other: &Self, angles: &JointAngles) -> Vec<f64> {
         let name = format!("knee_angle{}", ending(Some(self.side)));
         let knee: Vec<f64> = angles.column(&name).into_iter().flatten().collect();
@@ -375,7 +376,8 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
 }
 
 /// The frames in which the foot descends fastest, each soon after a frame of `farthest`. `farthest` has the foremost
-/// positions relative to the pelvis. If the foot does not descend there, the result is the frame of `farthest`.
+/// positions relative to the pelvis. If the foot does not descend soon after a frame of `farthest`, the result is this
+/// frame.
 pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> Vec<usize> {
     for _ in 0..2 {
         heights = averaged(&heights, (HEIGHTS_OVER * frame_rate).round() as usize);
@@ -396,7 +398,7 @@ pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> V
 
 /// The frames in which a foot leaves the ground, each soon before a frame of `behind`. Each is the last frame in which
 /// the ball of the foot is slow. `behind` has the rearmost positions relative to the pelvis. If the ball is not slow
-/// there, the result is the frame of `behind`.
+/// soon before a frame of `behind`, the result is this frame.
 pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize> {
     let is_slow = |frame: &usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(ball.len() - 1));
@@ -411,7 +413,7 @@ pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize>
 }
 
 /// Whether no foot is on the ground after a toe-off at `time`: the foot itself was the last to strike the ground, and
-/// the other foot is the next. In a walk it is the other way round.
+/// the other foot is the next. In a walk, the other foot strikes before the toe-off.
 fn flies(time: f64, own: &[f64], other: &[f64]) -> bool {
     let last = |strikes: &[f64]| strikes.iter().copied().rfind(|strike| *strike <= time);
     let next = |strikes: &[f64]| strikes.iter().copied().find(|strike| *strike > time);
@@ -423,7 +425,7 @@ fn flies(time: f64, own: &[f64], other: &[f64]) -> bool {
 }
 
 /// The frame near `frame` in which a knee is most extended, from its flexion in every frame. `None` if the knee still
-/// extends at the end of the time.
+/// extends at the end of the searched frames.
 pub fn extended(flexion: &[f64], frame: usize, frame_rate: f64) -> Option<usize> {
     let [before, after] = EXTENDS_WITHIN.map(|time| (time * frame_rate).round() as usize);
     let (first, last) = (frame.saturating_sub(before), frame + after);

@@ -13,8 +13,8 @@ const LOADED: f64 = 20.0;
 /// The shortest load in seconds that is a step. A shorter one is noise, or a second contact at the edge of a plate.
 const LEAST_LOAD: f64 = 0.1;
 
-/// The difference in seconds between an event of a plate and an event in the motion up to which both are the same
-/// event. It is shorter than the time between the events of both feet.
+/// The largest difference in seconds between an event of a plate and the same event in the motion. It is shorter than
+/// the time between the events of both feet.
 const SAME: f64 = 0.1;
 
 /// The times in seconds at which loads on force plates begin and end.
@@ -43,7 +43,8 @@ impl PlateLoads {
         found
     }
 
-    /// Adds the loads of a plate. A load at an end of the recording has no event there.
+    /// Adds the loads of a plate. A load that begins before the recording has no first event, and a load that ends
+    /// after the recording has no last event.
     pub fn add(&mut self, is_loaded: &[bool], rate: f64) {
         let mut first = 0;
         for load in is_loaded.chunk_by(|a, b| a == b) {

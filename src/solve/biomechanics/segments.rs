@@ -1,8 +1,8 @@
 //! The anatomical axes of the body's segments, frame by frame.
 //!
 //! The axes follow the International Society of Biomechanics, for a body that stands with hanging arms and palms
-//! forward: +X forward, +Y up, +Z to the right. In the T-pose of a [`Figure`] trunk and legs have that pose. Its arms
-//! are abducted by 90 degrees, and its forearms, with the palms down, are pronated by 90 degrees.
+//! forward: +X forward, +Y up, +Z to the right. In the T-pose of a [`Figure`], the trunk and the legs have this pose.
+//! The arms are abducted by 90 degrees, and the forearms, with the palms down, are pronated by 90 degrees.
 
 use std::collections::BTreeMap;
 

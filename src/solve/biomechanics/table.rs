@@ -69,8 +69,8 @@ struct Rows<'a> {
     frame_rate: f64,
     columns: &'a [String],
     values: &'a [f64],
-    /// Whether the values are measured: they have any unit and single precision. Otherwise they are angles and lengths,
-    /// printed with six decimals.
+    /// Whether the values were measured. Measured values have any unit, and are printed in single precision. Angles and
+    /// lengths are printed with six decimals.
     is_measured: bool,
 }
 

@@ -14,12 +14,13 @@ use crate::points::Points;
 use crate::rest::{Rest, bend_axis, limb_direction};
 use crate::set::{JointSet, Lengths, Mark, SetJoint};
 
-/// The joint that a hand points to.
+/// The joints to which the hands point.
 const KNUCKLES: [&str; 2] = ["leftKnuckles", "rightKnuckles"];
 
 /// The expected rotation of a shoulder girdle about the line from neck to shoulder, in radians. Marker positions do not
-/// show this rotation. If it were as free as the others, arms would not show where their shoulders are. A scapula tips
-/// by 30 degrees while an arm rises from the hip to the head (McClure et al., J. Shoulder Elbow Surg. 10, 2001).
+/// show this rotation. If this rotation were as free as the other ones, arms would not show where their shoulders are.
+/// A scapula tips by 30 degrees while an arm rises from the hip to the head (McClure et al., J. Shoulder Elbow Surg.
+/// 10, 2001).
 const SHOULDER_ROLL: f64 = 0.1;
 
 /// The joints that the landmarks determine, parents first.
@@ -206,8 +207,8 @@ pub(super) fn model(
     (Model::new(joints, markers, weights), poses)
 }
 
-/// Whether a marker is beside a joint, on its bending axis, and the other side has no marker. Then the first centres
-/// are off this axis, in front of it or behind, because they lie along the normal of a nearly straight limb.
+/// Whether a marker is beside a joint, on its bending axis, and no marker is on the other side. The first centre of
+/// such a joint is in front of this axis or behind it, because it lies along the normal of a nearly straight limb.
 fn stands_on_axis(landmark: &str, take: &Take) -> bool {
     let Some((side, name)) = landmark.split_at_checked(1) else {
         return false;
@@ -227,8 +228,8 @@ fn attached(set: &JointSet, bone: Bone) -> usize {
     above.into_iter().find_map(|bone| set.joint(bone)).unwrap_or(0)
 }
 
-/// What calibration may change about a joint, and its expected bend without marker evidence about each axis of the
-/// T-pose, in radians.
+/// What calibration may change about a joint. Also the expected bend about each axis of the T-pose, in radians, if no
+/// marker shows the bend.
 fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<DVec3>) {
     let (freedom, bend) = match bone.on(Side::Left) {
         Bone::Hips => (Freedom::Fixed, Some(1.0)),

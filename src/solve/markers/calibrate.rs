@@ -1,22 +1,26 @@
 //! Calibrates bone lengths, joint centres and marker offsets, together with the poses of some frames.
 //!
 //! Gauss-Newton refines all unknowns together. The unknowns of each pose are eliminated (Schur's complement), so that
-//! the cost of an iteration is linear in the frames.
+//! the cost of an iteration is proportional to the number of frames.
 //!
 //! If a joint moves, the marker motion determines its centre, as in the symmetric centre of rotation (Ehrig et al., J.
 //! Biomech. 39, 2006). Bent knees and elbows determine their axes (Ehrig et al., J. Biomech. 40, 2007). Here the
-//! markers of all segments count at once. If a joint does not move, its centre stays at its regression.
+//! markers of all segments count at once. If a joint does not move, its centre stays where the regressions of `centres`
+//! put it.
 
 use glam::DVec3;
 use mocap_scene::math::cholesky;
+use mocap_scene::math::spread::spread;
+use mocap_scene::math::wide;
 
 use super::fit::{self, Fit};
-use super::model::{Freedom, Model, Pose};
+use super::model::{Freedom, Model, Pose, World};
 
 /// The largest number of iterations over all frames, which bounds the time.
 pub(super) const STEPS: usize = 15;
 
-/// The number of iterations for a body from which other frames are solved, to calibrate it again.
+/// The number of iterations of a first calibration. Its body solves the poses of other frames, which calibrate the body
+/// again.
 pub(super) const FIRST_STEPS: usize = 5;
 
 /// The step in metres below which the calibration ends: half of the camera noise.
@@ -27,6 +31,10 @@ const SMALLEST_STEP: f64 = 5e-4;
 /// mean error of 5.0 mm over eight seeds of `tools/markers/planted.py`; with 0.3 and 0.5 it is 4.4 and 4.3 mm.
 const MOST_INDEPENDENT: f64 = 0.4;
 
+/// The number of frames in a part. A core works on a whole part, and the parts are summed in order. So the number of
+/// cores does not change the result.
+const PART: usize = 10;
+
 /// A pose with the seen markers.
 pub(super) struct Frame {
     pub(super) pose: Pose,
@@ -35,9 +43,9 @@ pub(super) struct Frame {
 
 /// The indices of the unknowns.
 struct Unknowns {
-    /// The first unknown of each joint's offset.
+    /// The index of the first unknown of each joint's offset.
     offsets: Vec<Option<usize>>,
-    /// The first unknown of the marker offsets.
+    /// The index of the first unknown of the marker offsets.
     markers: usize,
     count: usize,
 }
@@ -64,6 +72,21 @@ impl Unknowns {
             count: count + 3 * model.markers.len(),
         }
     }
+
+    /// For each block of the pose, the unknowns of the body that move the markers of the block.
+    fn coupled(&self, model: &Model, world: &World) -> Vec<Vec<usize>> {
+        let mut coupled = vec![vec![false; self.count]; model.unknowns / 3];
+        let mut grows = Vec::new();
+        for (marker, own) in model.markers.iter().enumerate() {
+            model.grows(marker, world, &self.offsets, self.markers, &mut grows);
+            let joints = model.chain(own.joint).iter().filter_map(|joint| model.unknown[*joint]);
+            for block in joints.chain([model.root]) {
+                grows.iter().for_each(|(row, _)| coupled[block / 3][*row] = true);
+            }
+        }
+        let indices = |own: &Vec<bool>| (0..own.len()).filter(|index| own[*index]).collect();
+        coupled.iter().map(indices).collect()
+    }
 }
 
 /// The uncertainty of a joint's offset.
@@ -85,7 +108,7 @@ fn independence(model: &Model, noise: f64) -> f64 {
 /// Refines the body and the poses, and returns the uncertainty of each joint. `first` has the regressions. `noise` is
 /// the noise of a marker coordinate, in metres.
 ///
-/// The body has `steps` iterations, or fewer if it no longer changes.
+/// The body is refined in `steps` iterations, or in fewer if it no longer changes.
 pub(super) fn calibrate(
     model: &mut Model,
     first: &Model,
@@ -94,22 +117,23 @@ pub(super) fn calibrate(
 ) -> Vec<Option<Certainty>> {
     model.slides = model.weights.slide;
     let unknowns = Unknowns::of(model);
-    let mut fit = Fit::default();
     let mut factor = None;
     for _ in 0..steps {
         let counts = independence(model, noise);
-        let mut matrix = vec![0.0; unknowns.count * unknowns.count];
-        let mut right = vec![0.0; unknowns.count];
-        let (mut squares, mut seen) = (0.0, 0.0);
-        for frame in frames.iter_mut() {
-            fit.fit(model, &mut frame.pose, &frame.seen);
-            for distance in fit.distances(model, &frame.seen).into_iter().flatten() {
-                let weight = fit::weight(distance, model.weights.outlier);
-                squares += distance * distance * weight;
-                seen += weight;
-            }
-            eliminated((model, counts), &unknowns, frame, &mut fit, (&mut matrix, &mut right));
+        let parts: Vec<&[Frame]> = frames.chunks(PART).collect();
+        let parts = spread(&parts, |part| Equations::of((model, counts), &unknowns, part));
+        let mut sums = Equations::new(&unknowns);
+        for (frames, mut part) in std::iter::zip(frames.chunks_mut(PART), parts) {
+            std::iter::zip(frames, part.poses.drain(..)).for_each(|(frame, pose)| frame.pose = pose);
+            sums.add(&part);
         }
+        let Equations {
+            mut matrix,
+            mut right,
+            squares,
+            weights,
+            ..
+        } = sums;
         prior(model, first, &unknowns, |column, value, slope| {
             right[column] -= slope * value;
             matrix[column * unknowns.count + column] += slope * slope;
@@ -121,7 +145,7 @@ pub(super) fn calibrate(
         factor = Some(matrix);
         change(model, &unknowns, &right);
         // Near the solution, the take shows how far markers slide.
-        model.slides = (squares / f64::max(3.0 * seen, 1.0))
+        model.slides = (squares / f64::max(3.0 * weights, 1.0))
             .sqrt()
             .max(model.weights.least_slide)
             .min(model.slides);
@@ -129,6 +153,7 @@ pub(super) fn calibrate(
             break;
         }
     }
+    let mut fit = Fit::default();
     for frame in frames {
         fit.fit(model, &mut frame.pose, &frame.seen);
     }
@@ -161,65 +186,156 @@ fn certainties(model: &Model, unknowns: &Unknowns, factor: &[f64]) -> Vec<Option
         .collect()
 }
 
-/// Adds a frame's equations for the body, with its pose eliminated. `counts` is the weight relative to an independent
-/// frame.
-fn eliminated(
-    (model, counts): (&Model, f64),
-    unknowns: &Unknowns,
-    frame: &Frame,
-    fit: &mut Fit,
-    (matrix, right): (&mut [f64], &mut [f64]),
-) {
-    let bodies = unknowns.count;
-    fit.factor_of(model, &frame.pose, &frame.seen);
-    let (tree, world) = (&model.tree, &fit.world);
-    let blocks = fit.right.len();
-    // Each column of the body's unknowns is stored as a row here, in blocks of the pose.
-    let mut mixed = vec![DVec3::ZERO; bodies * blocks];
-    let (mut moves, mut grows) = (Vec::new(), Vec::new());
-    for (marker, seen) in frame.seen.iter().enumerate() {
-        let Some(seen) = seen else { continue };
-        let off = *seen - model.marker(marker, world);
-        let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
-        model.moves(marker, world, &mut moves);
-        model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
-        for &(row, a) in &grows {
-            right[row] += counts * weight * a.dot(off);
-            for &(column, b) in &grows {
-                if column <= row {
-                    matrix[row * bodies + column] += counts * weight * a.dot(b);
-                }
-            }
-            for &(column, b) in &moves {
-                mixed[row * blocks + column / 3][column % 3] += weight * a.dot(b);
-            }
-        }
-    }
-    let mut own_right = std::mem::take(&mut fit.right);
-    fit.matrix.forward(tree, &mut own_right);
-    // For each block of the pose, the unknowns of the body that are coupled to it.
-    let mut coupled: Vec<Vec<(usize, DVec3)>> = vec![Vec::new(); blocks];
-    for body in 0..bodies {
-        let row = &mut mixed[body * blocks..(body + 1) * blocks];
-        fit.matrix.forward(tree, row);
-        for (block, own) in row.iter().enumerate().filter(|(_, own)| **own != DVec3::ZERO) {
-            coupled[block].push((body, *own));
-            right[body] -= counts * own.dot(own_right[block]);
-        }
-    }
-    for coupled in &coupled {
-        for (index, &(body, own)) in coupled.iter().enumerate() {
-            let (line, own) = (&mut matrix[body * bodies..(body + 1) * bodies], own * counts);
-            for &(other, across) in &coupled[..=index] {
-                line[other] -= own.dot(across);
-            }
-        }
-    }
-    fit.right = own_right;
+/// The equations of some frames for the body, with the poses eliminated.
+struct Equations {
+    /// The lower triangle, row by row.
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    /// The weighted sum of the squared distances of markers, in square metres, and the sum of the weights.
+    squares: f64,
+    weights: f64,
+    poses: Vec<Pose>,
 }
 
-/// The regressions as equations for the body. `add` takes an unknown, a residual divided by its standard deviation, and
-/// its derivative.
+impl Equations {
+    fn new(unknowns: &Unknowns) -> Self {
+        Self {
+            matrix: vec![0.0; unknowns.count * unknowns.count],
+            right: vec![0.0; unknowns.count],
+            squares: 0.0,
+            weights: 0.0,
+            poses: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        std::iter::zip(&mut self.matrix, &other.matrix).for_each(|(own, other)| *own += other);
+        std::iter::zip(&mut self.right, &other.right).for_each(|(own, other)| *own += other);
+        self.squares += other.squares;
+        self.weights += other.weights;
+    }
+
+    /// Fits the poses of `frames`, and sums up the equations. `counts` is the weight of a frame relative to an
+    /// independent frame.
+    fn of((model, counts): (&Model, f64), unknowns: &Unknowns, frames: &[Frame]) -> Self {
+        let mut sums = Self::new(unknowns);
+        let mut fit = Fit::default();
+        let (bodies, blocks) = (unknowns.count, model.unknowns / 3);
+        model.world(&frames[0].pose, &mut fit.world);
+        let coupled = unknowns.coupled(model, &fit.world);
+        // For each block of the pose and each frame, three rows with a column for each coupled unknown of the body.
+        let pairs: usize = coupled.iter().map(Vec::len).sum();
+        let mut columns = vec![0.0; 3 * pairs * frames.len()];
+        let mut mixed = vec![DVec3::ZERO; bodies * blocks];
+        for (index, frame) in frames.iter().enumerate() {
+            let mut pose = frame.pose.clone();
+            fit.fit(model, &mut pose, &frame.seen);
+            for distance in fit.distances(model, &frame.seen).into_iter().flatten() {
+                let weight = fit::weight(distance, model.weights.outlier);
+                sums.squares += distance * distance * weight;
+                sums.weights += weight;
+            }
+            mixed.fill(DVec3::ZERO);
+            fit.factor_of(model, &pose, &frame.seen);
+            sums.add_markers((model, counts), unknowns, (&frame.seen, &fit), &mut mixed);
+            let mut own_right = std::mem::take(&mut fit.right);
+            fit.matrix.forward(&model.tree, &mut own_right);
+            mixed
+                .chunks_exact_mut(blocks)
+                .for_each(|row| fit.matrix.forward(&model.tree, row));
+            let mut at = 0;
+            for (block, coupled) in coupled.iter().enumerate() {
+                let count = coupled.len();
+                let rows = &mut columns[3 * (at + count * index)..][..3 * count];
+                for (column, &body) in coupled.iter().enumerate() {
+                    let own = mixed[body * blocks + block];
+                    sums.right[body] -= counts * own.dot(own_right[block]);
+                    (0..3).for_each(|axis| rows[axis * count + column] = own[axis]);
+                }
+                at += count * frames.len();
+            }
+            fit.right = own_right;
+            sums.poses.push(pose);
+        }
+        sums.subtract_products(counts, &coupled, (&columns, frames.len()));
+        sums
+    }
+
+    /// Adds the equations of the markers of a frame for the body. Writes the products of derivatives with respect to
+    /// the body, which are rows, and with respect to the blocks of the pose to `mixed`.
+    fn add_markers(
+        &mut self,
+        (model, counts): (&Model, f64),
+        unknowns: &Unknowns,
+        (seen, fit): (&[Option<DVec3>], &Fit),
+        mixed: &mut [DVec3],
+    ) {
+        let (bodies, blocks, world) = (unknowns.count, model.unknowns / 3, &fit.world);
+        let mut grows = Vec::new();
+        for (marker, seen) in seen.iter().enumerate() {
+            let Some(seen) = seen else { continue };
+            let at = model.marker(marker, world);
+            let off = *seen - at;
+            let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
+            model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
+            for &(row, own) in &grows {
+                let pull = own * weight;
+                self.right[row] += counts * pull.dot(off);
+                let line = &mut self.matrix[row * bodies..=row * bodies + row];
+                for &(column, other) in &grows {
+                    if column <= row {
+                        line[column] += counts * pull.dot(other);
+                    }
+                }
+                mixed[row * blocks + model.root / 3] += pull;
+            }
+            // A rotation `u` moves the marker by the cross product of `u` with the lever arm.
+            for &joint in model.chain(model.markers[marker].joint) {
+                let Some(unknown) = model.unknown[joint] else { continue };
+                let arm = (at - world.positions[joint]) * weight;
+                for &(row, own) in &grows {
+                    mixed[row * blocks + unknown / 3] += arm.cross(own);
+                }
+            }
+        }
+    }
+
+    /// Subtracts the products of the columns that belong to the same block.
+    fn subtract_products(&mut self, counts: f64, coupled: &[Vec<usize>], (columns, frames): (&[f64], usize)) {
+        let bodies = self.right.len();
+        let mut columns = columns;
+        let mut sums = vec![0.0; bodies];
+        for coupled in coupled {
+            let (own, others) = columns.split_at(3 * frames * coupled.len());
+            columns = others;
+            for (index, &body) in coupled.iter().enumerate() {
+                let line = &mut self.matrix[body * bodies..=body * bodies + body];
+                let sums = &mut sums[..=index];
+                sums_of_products(sums, own, coupled.len());
+                std::iter::zip(coupled, sums).for_each(|(column, sum)| line[*column] -= counts * *sum);
+            }
+        }
+    }
+}
+
+wide::dispatch! {
+    /// Writes the sums of the products of the last column with each column to `sums`. `rows` has three rows of `count`
+    /// columns for each frame.
+    fn sums_of_products(sums: &mut [f64], rows: &[f64], count: usize) {
+        let size = sums.len();
+        sums.fill(0.0);
+        for frame in rows.chunks_exact(3 * count) {
+            let (x, y, z) = (&frame[..size], &frame[count..count + size], &frame[2 * count..2 * count + size]);
+            let own = [x[size - 1], y[size - 1], z[size - 1]];
+            for at in 0..size {
+                sums[at] += x[at] * own[0] + y[at] * own[1] + z[at] * own[2];
+            }
+        }
+    }
+}
+
+/// The equations that pull the body toward the regressions. `add` takes the index of an unknown, a residual divided by
+/// its standard deviation, and the derivative of the residual.
 fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(usize, f64, f64)) {
     let mut vector = |column: usize, off: DVec3, deviation: f64| {
         for axis in 0..3 {

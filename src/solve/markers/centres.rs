@@ -28,10 +28,12 @@ const SHANK: f64 = 0.423;
 /// marker radius of 7 mm.
 pub(super) const KNEE: f64 = 0.06;
 
-/// The same distance in metres for an ankle: half of its width, and the marker radius.
+/// The distance in metres from the marker beside an ankle to the ankle centre: half of the ankle's width, and the
+/// marker radius.
 pub(super) const ANKLE: f64 = 0.043;
 
-/// The same distance in metres for an elbow: half of its width, and the marker radius.
+/// The distance in metres from the marker beside an elbow to the elbow centre: half of the elbow's width, and the
+/// marker radius.
 const ELBOW: f64 = 0.042;
 
 /// The distance of the shoulder centre below the acromion, as a fraction of the distance between both acromia (Rab et

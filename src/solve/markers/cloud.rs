@@ -173,8 +173,8 @@ impl Cloud {
         }
     }
 
-    /// The bottleneck variation from a marker to each other marker, over `allowed` only: the loosest link of the
-    /// tightest path. These links form the tree of rigid bodies (single linkage).
+    /// For each marker, the variation of the loosest link on the tightest path from the marker `from`. Paths use only
+    /// the markers of `allowed`. These links form the tree of rigid bodies (single linkage).
     pub(super) fn links(&self, from: usize, allowed: &[usize]) -> Vec<f64> {
         let mut best = vec![f64::MAX; self.count()];
         let mut open: Vec<usize> = allowed.iter().copied().filter(|marker| *marker != from).collect();

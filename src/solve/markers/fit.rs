@@ -15,7 +15,7 @@ pub(super) type Seen = [Option<DVec3>];
 const ITERATIONS: usize = 12;
 
 /// The step in radians or metres below which a frame is solved: half of the camera noise.
-const SMALLEST_STEP: f64 = 5e-4;
+pub(super) const SMALLEST_STEP: f64 = 5e-4;
 
 /// The prior weight of every unknown, per squared radian or metre, so that the equations have a solution.
 const LEAST_INFORMATION: f64 = 1e-3;

@@ -38,9 +38,9 @@ const CHEST: f64 = 0.55;
 /// The largest variation of distances between pelvis markers, as a fraction of the body height. It is about 20 mm,
 /// because the skin slides.
 const RIGID: f64 = 0.012;
-/// The same fraction of the height for the head: 7 mm.
+/// The largest variation of distances between head markers, as a fraction of the body height: 7 mm.
 const RIGID_HEAD: f64 = 0.004;
-/// The same fraction of the height for the trunk: 10 mm.
+/// The largest variation of distances between trunk markers, as a fraction of the body height: 10 mm.
 const RIGID_TRUNK: f64 = 0.006;
 /// The largest distance of a central marker from the body's midline, as a fraction of the body height: 6 cm.
 const MIDDLE: f64 = 0.035;
@@ -216,7 +216,7 @@ impl Guess {
         }
     }
 
-    /// The distance of a marker to the left of the body's midline.
+    /// The distance of a marker from the body's midline, positive on the left.
     fn side(&self, marker: usize) -> f64 {
         self.cloud.along(marker, &self.left, &self.centre, &self.cloud.upright)
     }
@@ -259,7 +259,7 @@ impl Guess {
             (is_on(1.0) && is_on(-1.0) && cost < RIGID).then_some(cost)
         };
         let best = [4, 3].into_iter().find_map(|size| best_of(&near, size, &cost));
-        let mut found = best.ok_or("no three or four rigid markers on the pelvis")?;
+        let mut found = best.ok_or("fewer than three markers of the pelvis keep their distances to each other")?;
         self.centre = (0..cloud.frames.len())
             .map(|frame| self.cloud.middle(&found, frame))
             .collect();
@@ -427,9 +427,10 @@ impl Guess {
         }
     }
 
-    /// The thumb of a hanging hand is in front.
+    /// Sorts the two markers of a wrist: the marker on the side of the thumb first. The thumb of a hanging hand is in
+    /// front.
     fn sort_wrist(&self, wrist: &mut [usize]) {
-        /// The fraction of frames, those with the lowest hand, in which it hangs.
+        /// The fraction of frames in which the hand counts as hanging: the frames with the lowest hand.
         const HANGS: f64 = 0.3;
         let cloud = &self.cloud;
         let height = |frame: usize| cloud.middle(wrist, frame).map(|middle| middle.dot(cloud.up));

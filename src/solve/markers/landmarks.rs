@@ -206,7 +206,7 @@ const SETS: &[(&str, &str)] = &[
 /// The landmark at which a marker sits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmark {
-    /// Its name, with the side.
+    /// The name of the landmark, with the side.
     pub name: String,
     pub(super) bone: Bone,
     pub(super) on: MarkerSite,
@@ -247,8 +247,8 @@ pub(super) fn whole_key(label: &str) -> String {
         .map_or_else(|| letters.clone(), str::to_owned)
 }
 
-/// The keys of labels, without a subject prefix that has no colon. The prefix is the one that makes the most labels
-/// known.
+/// The keys of labels. If labels have a subject prefix without a colon, removes the prefix. Of all possible prefixes,
+/// the removed prefix makes the most labels known.
 pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String> {
     let keys: Vec<String> = labels.iter().map(|label| key(label)).collect();
     let plain = keys.iter().filter(|key| known.contains_key(*key)).count();
@@ -313,7 +313,7 @@ pub(super) fn named(name: &str) -> Option<Landmark> {
         .find(|landmark| landmark.name.eq_ignore_ascii_case(name))
 }
 
-/// The set most of whose own names are present. Of several sets, the one with the most names.
+/// The set of whose own names nearly all are present. If several sets fit, the set with the most names present.
 pub fn set_name(keys: &[String]) -> Option<&'static str> {
     /// The smallest fraction of a set's names that a file of that set has, because some markers are always missing.
     const NEARLY_ALL: f64 = 0.75;

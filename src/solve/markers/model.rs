@@ -1,5 +1,5 @@
-//! A body with markers: joints with offsets, markers with offsets on their bones, and the equations that both give for
-//! a pose.
+//! A body with markers: joints with offsets, markers with offsets on their bones, and the equations that joints and
+//! markers give for a pose.
 
 use glam::{DQuat, DVec3};
 
@@ -11,7 +11,7 @@ use super::weights::MarkerWeights;
 pub(super) enum Freedom {
     /// Nothing.
     Fixed,
-    /// Its length.
+    /// The length of the offset, not its direction.
     Length,
     /// The whole offset. The value is the standard deviation of each coordinate, in metres.
     Position(f64),
@@ -60,7 +60,8 @@ pub(super) struct World {
     pub(super) rotations: Vec<DQuat>,
 }
 
-/// A residual divided by its standard deviation, the first of three unknowns, and the derivatives.
+/// A residual divided by its standard deviation, the index of the first of three unknowns, and the derivatives with
+/// respect to these unknowns.
 pub(super) type Term = (f64, usize, DVec3);
 
 #[derive(Clone, Debug)]
@@ -151,28 +152,6 @@ impl Model {
     /// The joints that move a joint: itself first, the root last.
     pub(super) fn chain(&self, joint: usize) -> &[usize] {
         &self.chains[joint]
-    }
-
-    /// The derivatives of a marker's position with respect to the unknowns of the pose, in their order.
-    pub(super) fn moves(&self, marker: usize, world: &World, columns: &mut Vec<(usize, DVec3)>) {
-        columns.clear();
-        let at = self.marker(marker, world);
-        for &joint in self.chain(self.markers[marker].joint) {
-            let Some(unknown) = self.unknown[joint] else { continue };
-            let arm = at - world.positions[joint];
-            columns.extend(
-                DVec3::AXES
-                    .into_iter()
-                    .enumerate()
-                    .map(|(axis, unit)| (unknown + axis, unit.cross(arm))),
-            );
-        }
-        columns.extend(
-            DVec3::AXES
-                .into_iter()
-                .enumerate()
-                .map(|(axis, unit)| (self.root + axis, unit)),
-        );
     }
 
     /// The derivatives of a marker's position with respect to the unknowns of the body. `offsets` has the first unknown

@@ -10,7 +10,7 @@ const LEAST_RATE: f64 = 60.0;
 /// The number of differences to sample, which bounds the time.
 const DIFFERENCES: usize = 20_000;
 
-/// The weights of a third difference, the binomial coefficients. It is 0 for motion without jerk.
+/// The weights of a third difference, the binomial coefficients. The difference is 0 for a motion without jerk.
 const WEIGHTS: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
 
 /// The sum of the squares of these weights, the factor by which the difference multiplies the variance of noise.

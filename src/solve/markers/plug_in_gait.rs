@@ -19,24 +19,24 @@ const DIAMETER: f64 = 0.014;
 /// The distance C in the hip centre by Davis et al., as a factor of the leg length, and metres.
 const HIP: (f64, f64) = (0.115, -0.0153);
 
-/// The angles in radians of C in the frontal and in the sagittal plane, from the same source.
+/// The angles in radians of C in the frontal and in the sagittal plane (Davis et al.).
 const HIP_ANGLES: (f64, f64) = (0.5, 0.314);
 
 /// The distance from front spine to trochanter as a factor of the leg length, and metres, if the file states none
 /// (Davis et al.).
 const TROCHANTER: (f64, f64) = (0.1288, -0.04856);
 
-/// The largest offset angle of a wand, in radians, that counts as none. Their signs are not documented, so files with
-/// larger offsets keep the axes from the motion.
+/// The largest offset angle of a wand, in radians, that counts as none. The signs of offset angles are not documented,
+/// so files with larger angles keep the axes from the motion.
 const NO_OFFSET: f64 = 1e-4;
 
 /// The measures of a leg in metres.
 struct Measures {
     to_trochanter: f64,
-    /// From the marker beside the knee and the ankle to the centre.
+    /// The distance from the marker beside the knee to the knee's centre; `ankle` is the same for the ankle.
     knee: f64,
     ankle: f64,
-    /// From the line between toe marker and ankle up to the sole, in radians.
+    /// The angle from the line between toe marker and ankle up to the sole, in radians.
     sole: f64,
 }
 
@@ -63,10 +63,7 @@ impl Calibration {
     /// `None` if the file does not state all measures, or the take lacks markers of Plug-in Gait.
     pub(super) fn of(scene: &Scene, take: &Take) -> Option<Self> {
         let measures = &scene.metadata.recorded.as_deref()?.measures;
-        let stated = |name: &str| {
-            let measure = measures.iter().find(|measure| measure.name == name)?;
-            measure.values.first().map(|value| f64::from(*value))
-        };
+        let stated = |name: &str| measures.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
         let length = |name: &str| {
             stated(name)
                 .map(|value| value * take.metres)
@@ -147,12 +144,16 @@ impl Calibration {
         model: &mut Model,
         tracked: &mut TrackingOutcome,
     ) {
-        let joints = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes];
-        let index = |side: Side| joints.map(|bone| set.joint(bone.on(side)));
-        let [Some(left), Some(right)] = [Side::Left, Side::Right].map(|side| {
-            let [upper, lower, foot, toes] = index(side);
-            Some([upper?, lower?, foot?, toes?])
-        }) else {
+        let joints_of = |side: Side| {
+            let joint = |bone: Bone| set.joint(bone.on(side));
+            Some([
+                joint(Bone::LeftUpperLeg)?,
+                joint(Bone::LeftLowerLeg)?,
+                joint(Bone::LeftFoot)?,
+                joint(Bone::LeftToes)?,
+            ])
+        };
+        let (Some(left), Some(right)) = (joints_of(Side::Left), joints_of(Side::Right)) else {
             return;
         };
         // Sums of the offsets from the hips, and of the lengths of thighs and shanks.
@@ -167,7 +168,7 @@ impl Calibration {
                 });
             }
             let at = |name: &str| {
-                let marker = take.landmarks.iter().position(|landmark| landmark.name == name)?;
+                let marker = take.index(name)?;
                 let own = &model.markers[marker];
                 let expected = positions[own.joint] + tracked.rotations[own.joint][frame] * own.offset;
                 let seen = take.tracks[marker][frame];
@@ -178,13 +179,10 @@ impl Calibration {
             };
             let Some((pelvis, legs)) = self.legs(&at) else { continue };
             let root = legs[0].hip.midpoint(legs[1].hip);
+            positions[left[0]] = legs[0].hip;
+            positions[right[0]] = legs[1].hip;
             for (joint, _) in model.joints.iter().enumerate().filter(|(_, own)| own.parent == Some(0)) {
-                let centre = match (joint == left[0], joint == right[0]) {
-                    (true, _) => legs[0].hip,
-                    (_, true) => legs[1].hip,
-                    _ => positions[joint],
-                };
-                offsets[joint] += pelvis.inverse() * (centre - root);
+                offsets[joint] += pelvis.inverse() * (positions[joint] - root);
             }
             tracked.roots[frame] = root;
             tracked.rotations[0][frame] = pelvis;
@@ -213,7 +211,7 @@ impl Calibration {
         }
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Markers,
-            choice: "joint centres and axes of the legs are the ones of Plug-in Gait".to_owned(),
+            choice: "Plug-in Gait defines the joint centres and axes of the legs".to_owned(),
             reason: "the file states leg lengths and joint widths".to_owned(),
             confidence: Some(Confidence::Sure),
         });

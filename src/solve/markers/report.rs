@@ -127,7 +127,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
                 take.landmarks.len(),
                 take.landmarks.len() + take.unknown.len()
             ),
-            (Some(set), _) => format!("the labels match the set {set}"),
+            (Some(set), _) => format!("the labels match {set}"),
             _ => "the labels are known individually, but match no known set".to_owned(),
         },
         confidence: Some(match (take.set, take.guess) {
@@ -154,7 +154,8 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
         }
         if own.rms > LOOSE || own.far > 0 {
             let message = format!(
-                "the marker has a residual of {:.0} mm RMS; in {} frames it is so far from its body that it has little weight",
+                "the marker has a residual of {:.0} mm RMS; in {} frames it is so far from its place on the body that \
+                 it has little weight",
                 own.rms * 1000.0,
                 own.far
             );
@@ -213,7 +214,7 @@ fn say_file(scene: &mut Scene, take: &Take) {
     }
     if !take.unattached.is_empty() {
         let message = format!(
-            "{} markers were skipped, because no marker shows the joint of their segment: {}",
+            "markers were skipped, because no marker shows the joint of their segment ({}): {}",
             take.unattached.len(),
             take.unattached.join(", ")
         );
@@ -226,13 +227,13 @@ fn say_file(scene: &mut Scene, take: &Take) {
         let named = &take.unknown[..take.unknown.len().min(NAMED)];
         let more = if take.unknown.len() > NAMED { ", ..." } else { "" };
         let message = format!(
-            "{} markers with unknown names were skipped: {}{more}",
+            "markers with unknown names were skipped ({}): {}{more}",
             take.unknown.len(),
             named.join(", ")
         );
         scene.warnings.push(
             Diagnostic::new(Code::LooseMarker, message)
-                .help("name them: {markers} FILE, an object from labels to landmarks"),
+                .help("name these markers: {markers} FILE, an object from labels to landmarks"),
         );
     }
 }
@@ -285,7 +286,8 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
     let reason = match vague.is_empty() {
         true => "the motion determines every joint".to_owned(),
         false => format!(
-            "regressions determine these joints, within the deviation, because the motion hardly does: {}",
+            "the motion hardly determines some joints, so regression formulas place them; their standard deviations: \
+             {}",
             vague.join(", ")
         ),
     };
@@ -312,8 +314,9 @@ pub(super) fn say_gaps(scene: &mut Scene, solved: &MarkerSolution) {
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::Markers,
         choice: format!("rotations were filled in frames: {}", places.join(", ")),
-        reason: "too few markers are seen there; a curve through the frames before and after determines the joint"
-            .to_owned(),
+        reason:
+            "too few markers are seen in these frames; a curve through the frames before and after determines the joint"
+                .to_owned(),
         confidence: Some(Confidence::Unsure),
     });
 }
@@ -323,7 +326,7 @@ pub(super) fn say_functional(scene: &mut Scene) {
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::Markers,
         choice: "knees and ankles are the points about which the markers of both segments rotate".to_owned(),
-        reason: "no marker is beside some of them".to_owned(),
+        reason: "no marker is beside some knees or ankles".to_owned(),
         confidence: Some(Confidence::Likely),
     });
 }
@@ -338,7 +341,7 @@ pub(super) fn missing(take: &Take, standing: Option<&Take>) -> Diagnostic {
         .filter(|name| !(has(name) || sacrum && name.ends_with("PSI")))
         .collect();
     let found = match (missing.as_slice(), take.labels.as_slice()) {
-        ([], _) => "no frame in which all of them are seen".to_owned(),
+        ([], _) => "no frame in which all of these markers are seen".to_owned(),
         (missing, []) => format!("none of the known labels; missing: {}", missing.join(", ")),
         (missing, labels) => format!("{}; missing: {}", labels.join(", "), missing.join(", ")),
     };

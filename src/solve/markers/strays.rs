@@ -28,11 +28,12 @@ const TIMES: f64 = 6.0;
 /// walk, the median deviation of distances on one limb is less.
 const EXCHANGED: f64 = 0.01;
 
-/// The ratio of deviations, with exchanged labels to without, below which two labels are exchanged.
+/// The ratio of the deviations with exchanged labels to the deviations without an exchange. Below this ratio, two
+/// labels are exchanged.
 const EXCHANGE: f64 = 0.4;
 
-/// The ratio of distances, with exchanged labels to without, below which two labels may be exchanged although distances
-/// hardly change: the markers of one arm beside the markers of both.
+/// The ratio of the distances with exchanged labels to the distances without an exchange. Below this ratio, two labels
+/// may be exchanged although distances hardly change.
 const EXCHANGED_DISTANCE: f64 = 0.5;
 
 /// A marker whose distance to another one stays constant.

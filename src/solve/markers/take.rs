@@ -1,6 +1,6 @@
 //! The landmarks of a scene of markers, in metres.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -28,7 +28,7 @@ pub(super) struct Take {
     pub(super) never_seen: Vec<String>,
     /// Labels of landmarks on segments whose joints cannot be found.
     pub(super) unattached: Vec<String>,
-    /// The subject of the landmarks, if the file has several, and the labels of the others.
+    /// The subject of the landmarks, if the file has several subjects. `others` has the labels of the other subjects.
     pub(super) subject: Option<String>,
     pub(super) others: Vec<String>,
     /// The marker set of the labels.
@@ -70,9 +70,16 @@ impl Take {
             .map(|index| track(animation, NodeId::new(*index), frames))
             .collect();
         let keys = landmarks::keys(&labels, &known);
-        let by_name = |key: &String| known.get(key).filter(|_| !landmarks::is_axis(key, &keys));
-        let by_label =
-            std::iter::zip(&labels, &keys).map(|(label, key)| asked.landmark(label).or_else(|| by_name(key)).cloned());
+        let with_keys = std::iter::zip(&labels, &keys);
+        let axes: HashSet<String> = with_keys
+            .clone()
+            .filter(|(_, key)| landmarks::is_axis(key, &keys))
+            .map(|(label, _)| label.clone())
+            .collect();
+        let by_label = with_keys.map(|(label, key)| {
+            let by_name = || known.get(key).filter(|_| !axes.contains(label));
+            asked.landmark(label).or_else(by_name).cloned()
+        });
         let mut by_label: Vec<Option<Landmark>> = by_label.collect();
         let mut guess = None;
         if may_guess && by_label.iter().flatten().count() < KNOWN {
@@ -93,8 +100,6 @@ impl Take {
             others: others.iter().map(label).collect(),
             ..Self::default()
         };
-        let with_keys = std::iter::zip(&labels, &keys).filter(|(_, key)| landmarks::is_axis(key, &keys));
-        let axes: Vec<String> = with_keys.map(|(label, _)| label.clone()).collect();
         take.name(labels.into_iter().zip(tracks).zip(by_label));
         take.unknown.retain(|label| !axes.contains(label));
         take.in_metres(scene.metadata.metres_per_unit);
@@ -138,8 +143,13 @@ impl Take {
         (!widths.is_empty()).then(|| median(&mut widths).unwrap_or_default())
     }
 
+    /// The index of a landmark.
+    pub(super) fn index(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
     pub(super) fn at(&self, name: &str, frame: usize) -> Option<DVec3> {
-        self.tracks[*self.by_name.get(name)?][frame]
+        self.tracks[self.index(name)?][frame]
     }
 
     pub(super) fn has(&self, name: &str) -> bool {
@@ -291,8 +301,8 @@ pub(super) fn rigid(pairs: &[(DVec3, DVec3)], least: usize) -> Option<DAffine3> 
 }
 
 /// The rotation that brings points nearest to other points (B. Horn, J. Opt. Soc. Am. A 4, 1987), by power iteration
-/// for the largest eigenvector of Horn's matrix. `sums` has the sums of products of their coordinates: a column for
-/// each coordinate of the other points.
+/// for the largest eigenvector of Horn's matrix. `sums` has the sums of the products of coordinates. A column belongs
+/// to a coordinate of the points to be reached.
 fn best_rotation(sums: &DMat3) -> DQuat {
     /// The number of iterations of the power method, which bounds the time. Each multiplies the error by the ratio of
     /// the two largest eigenvalues.

@@ -52,6 +52,7 @@ pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate
             gaps.note((model, &mut tracker.fit), pose, (frame, &distances));
         },
     );
+    gaps.move_root(&mut tracked.roots, rate);
     for (frame, toward) in gaps.between(model, &tracked.rotations, rate).iter().enumerate() {
         if !toward.is_empty() {
             let pose = tracker.again(frame, toward, &tracked);

@@ -215,7 +215,7 @@ fn written_angles_are_read_again() {
         .cycle()
         .zip(angles.values.iter().zip(&again.values))
     {
-        // Near the ends of their ranges, two sets of angles are the same rotation.
+        // Near the ends of the ranges of the angles, two different sets of angles give one rotation.
         let apart = (before - after + 180.0).rem_euclid(360.0) - 180.0;
         assert!(
             apart.abs() < 0.02 || column.starts_with("arm_") || column.starts_with("shoulder_"),

@@ -31,7 +31,7 @@ struct Truth {
 }
 
 impl Truth {
-    /// The motion of a humanoid. Its rotations are those of a VRM animation, and solving does not use them.
+    /// The motion of a humanoid. The true rotations come from a VRM animation of the motion. Solving does not use them.
     fn of(mut scene: Scene, frames: usize) -> Option<Self> {
         Conversion::new().apply(&mut scene).ok()?;
         let found = Humanoid::of(&scene);
@@ -129,11 +129,12 @@ struct Found {
     /// The largest distance of a joint, in metres.
     off: f32,
     stretch: f32,
-    /// The number of frames with bent limbs, and the number of these whose roll is within 10 degrees.
+    /// The number of frames with bent limbs, and the number of frames among them in which the roll is within 10
+    /// degrees.
     bent: usize,
     near: usize,
-    /// The same number, up to an angle that is constant for the limb, because the hinges of some files differ from a
-    /// T-pose.
+    /// The number of these frames in which the roll is within 10 degrees of a constant angle of the limb. The hinges of
+    /// some files differ from a T-pose by such an angle.
     near_constant: usize,
     /// The bone with the largest error, and its frame.
     worst: Option<(Bone, usize)>,
@@ -271,7 +272,7 @@ fn positions_come_back_and_limbs_are_turned_as_in_the_file() {
     assert!(bad.is_empty(), "{}", bad.join("\n"));
 }
 
-/// The rotations from which NumPy made the positions.
+/// The solver finds the rotations from which NumPy computed the positions.
 #[test]
 fn a_figure_of_round_lengths_is_solved() {
     let scene = mocap::import("../../fixtures/arrays/points_smpl22.npy").unwrap();

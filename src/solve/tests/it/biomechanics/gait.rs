@@ -26,7 +26,8 @@ fn a_foot_lands_when_it_falls_fastest_soon_after_it_was_farthest_before() {
     };
     assert_eq!(landings(heights(0.0), &[54], RATE), [60]);
     assert_eq!(landings(heights(0.001), &[54], RATE), [60]);
-    // If the foot was farthest long before, or does not fall, the frame stays. This also holds near the ends.
+    // If the foot was farthest forward long before, or does not fall, the frame stays the same. This also holds near
+    // the ends.
     assert_eq!(landings(heights(0.0), &[40, 80, 0, 119], RATE)[..2], [40, 80]);
     assert_eq!(landings(vec![0.0; 3], &[0, 2], RATE), [0, 2]);
     assert_eq!(landings(vec![0.0; 0], &[], RATE), [0; 0]);
@@ -35,8 +36,8 @@ fn a_foot_lands_when_it_falls_fastest_soon_after_it_was_farthest_before() {
 #[test]
 fn toes_leave_when_they_were_slow_for_the_last_time_before_they_are_farthest_behind() {
     const RATE: f64 = 100.0;
-    // The ball rests until frame 40, and then rises at 3 m/s. In the other case it rises at 1 m/s, as slowly as in a
-    // walk.
+    // The ball rests until frame 40, and then rises at 3 m/s. In the second case, the ball rises at 1 m/s, as slowly as
+    // in a walk.
     let ball = |speed: f64| -> Vec<DVec3> {
         let height = |frame: i32| speed / RATE * f64::from((frame - 40).max(0));
         (0..80).map(|frame| DVec3::Y * height(frame)).collect()
@@ -44,7 +45,7 @@ fn toes_leave_when_they_were_slow_for_the_last_time_before_they_are_farthest_beh
     // In frame 40 the ball has half of its speed, because the frames on both sides count.
     assert_eq!(leavings(&ball(3.1), &[50], RATE), [39]);
     assert_eq!(leavings(&ball(1.0), &[50], RATE), [50]);
-    // The ball is slow for the last time too long before, and at the end of the motion.
+    // The last slow frame of the ball is too long before the rearmost position, also at the end of the motion.
     assert_eq!(leavings(&ball(3.1), &[65, 79], RATE), [65, 79]);
     assert_eq!(leavings(&ball(3.1), &[], RATE), [0; 0]);
 }
@@ -56,7 +57,7 @@ fn a_runner_leaves_the_ground_when_the_knee_is_most_extended() {
     let flexion: Vec<f64> = (0..80).map(|frame| f64::from((frame - 43_i32).pow(2))).collect();
     assert_eq!(extended(&flexion, 40, RATE), Some(43));
     assert_eq!(extended(&flexion, 47, RATE), Some(43));
-    // The knee still extends at the end of the time, bends all the time, or the motion ends.
+    // The knee still extends at the end of the searched frames, bends in all of them, or the motion ends.
     assert_eq!(extended(&flexion, 30, RATE), None);
     assert_eq!(extended(&flexion, 60, RATE), None);
     assert_eq!(extended(&flexion[..44], 40, RATE), None);

@@ -56,7 +56,7 @@ fn plates_give_the_times_of_the_steps_on_them() {
     assert!(near(&with.right.heel_strikes, strike + 0.031) && near(&with.right.toe_offs, off - 0.023));
     assert_eq!(with.left.heel_strikes, without.left.heel_strikes);
     assert_eq!(with.left.toe_offs, without.left.toe_offs);
-    // A load that begins at another time than a step is something else.
+    // A load that begins at another time than a step is not the load of this step.
     let aside = Gait::of(&with_plate([strike + 0.2, off - 0.2])).unwrap();
     assert_eq!(aside.events_of_plates, 0);
     assert_eq!(aside.right.heel_strikes, without.right.heel_strikes);

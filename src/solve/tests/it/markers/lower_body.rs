@@ -17,6 +17,8 @@ const LOWER: &[&str] = &[
 pub(super) struct Markers {
     pub(super) labels: Vec<String>,
     pub(super) frames: Vec<Vec<Vec3>>,
+    /// In frames per second.
+    pub(super) rate: f64,
 }
 
 impl Markers {
@@ -36,6 +38,7 @@ impl Markers {
         Self {
             labels: kept.iter().map(|index| labels[*index].to_owned()).collect(),
             frames: lines[lines.len() - FRAMES..].iter().map(frame).collect(),
+            rate: 120.0 / super::EVERY as f64,
         }
     }
 
@@ -56,7 +59,8 @@ impl Markers {
         let frames = self.frames.len();
         let count = self.labels.len();
         let mut text = format!(
-            "PathFileType\t4\t(X/Y/Z)\tlower.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n6\t{frames}\t{count}\tmm\nFrame#\tTime\t{}\n\n",
+            "PathFileType\t4\t(X/Y/Z)\tlower.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n{}\t{frames}\t{count}\tmm\nFrame#\tTime\t{}\n\n",
+            self.rate,
             self.labels.join("\t\t\t")
         );
         for (index, frame) in self.frames.iter().enumerate() {

@@ -50,6 +50,7 @@ pub(super) fn planted(scene: &Scene, every: usize, markers: &[(String, &str, Pla
     Markers {
         labels: markers.iter().map(|(label, ..)| label.clone()).collect(),
         frames: (1..scene.animations[0].frame_count()).step_by(every).map(row).collect(),
+        rate: scene.animations[0].ticks_per_second / every as f64,
     }
 }
 

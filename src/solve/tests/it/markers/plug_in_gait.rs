@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mocap::glam::Vec3;
-use mocap::scene::{AnalogChannel, Recording};
+use mocap::scene::Recording;
 use mocap::{Importer, Pose, Scene};
 use mocap_solve::markers::{Known, solve_markers};
 
@@ -17,7 +17,7 @@ const WAND: f32 = 20.0;
 
 /// Measures in millimetres: leg length, from front spine to trochanter, widths of knee and ankle. The last one is the
 /// angle in radians from the line between toe marker and ankle to the sole.
-const MEASURES: [(&str, f32); 5] = [
+const MEASURES: [(&str, f64); 5] = [
     ("LegLength", 900.0),
     ("AsisTrocanterDistance", 70.0),
     ("KneeWidth", 100.0),
@@ -40,7 +40,8 @@ fn wand(bone: Vec3) -> Vec3 {
 
 /// The walk with markers that fit the measures, before it is solved.
 fn marked(truth: &Scene) -> Scene {
-    // The hips of this body are not equally far from the middle, which is then not the middle of the spines.
+    // The hips of this body are not equally far from its midline, so the midpoint between them is not the midpoint of
+    // the spines.
     let width = 0.5 * (bone(truth, "Hips", "LeftUpLeg").x - bone(truth, "Hips", "RightUpLeg").x);
     let (thigh, shank) = (bone(truth, "LeftUpLeg", "LeftLeg"), bone(truth, "LeftLeg", "LeftFoot"));
     // Davis et al. (1991): from the midpoint of the front spines to the hip centre, and the distance of the spines.
@@ -73,23 +74,17 @@ fn marked(truth: &Scene) -> Scene {
     let sided = ["L", "R"]
         .into_iter()
         .flat_map(|side| MEASURES.map(|(name, value)| (format!("{side}{name}"), value)));
-    let measure = |(name, value): (String, f32)| AnalogChannel {
-        name,
-        unit: String::new(),
-        values: vec![value],
-    };
     scene.metadata.recorded = Some(Arc::new(Recording {
         measures: sided
-            .chain([("InterAsisDistance".to_owned(), spines)])
-            .map(measure)
+            .chain([("InterAsisDistance".to_owned(), f64::from(spines))])
             .collect(),
         ..Recording::default()
     }));
     scene
 }
 
-/// The largest angle in degrees of a solved thigh's left axis from its wand, and the largest distance of a solved knee
-/// from the true one, in millimetres.
+/// The largest angle in degrees between the left axis of a solved thigh and its wand. Also the largest distance in
+/// millimetres between a solved knee and the true knee.
 fn off(solved: &Scene, truth: &Scene) -> (f32, f32) {
     let wand = wand(bone(truth, "LeftUpLeg", "LeftLeg"));
     let frames = solved.animations[0].frame_count();
@@ -126,11 +121,7 @@ fn wands_define_the_axes_if_the_file_states_the_measures_of_plug_in_gait() {
     // Without the measures, and with a wand that is turned on purpose, the motion defines the axes.
     let mut turned = without.clone();
     let mut recorded = (**turned.metadata.recorded.as_ref().unwrap()).clone();
-    recorded.measures.push(AnalogChannel {
-        name: "LThighRotation".to_owned(),
-        unit: String::new(),
-        values: vec![0.2],
-    });
+    recorded.measures.push(("LThighRotation".to_owned(), 0.2));
     turned.metadata.recorded = Some(Arc::new(recorded));
     without.metadata.recorded = None;
     for mut scene in [without, turned] {

@@ -1,4 +1,4 @@
-//! Systems of equations over a tree.
+//! Tests systems of equations over a tree.
 
 use mocap::glam::{DMat3, DVec3};
 use mocap_scene::math::cholesky;
