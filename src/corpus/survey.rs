@@ -138,7 +138,7 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
     }
 }
 
-/// A motion with the range of frames in which defects are searched.
+/// The motion of an animation. Its field `starts` is set to the first frame in which defects are searched.
 fn started<'a>(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Motion<'a>> {
     let mut motion = Motion::new(scene, animation, figure)?;
     motion.starts = defects::searched(&motion).start;
@@ -304,7 +304,8 @@ fn of_body(motion: &Motion, body: &Body, row: &mut ClipRow) {
     row.asymmetry = asymmetry(motion, body);
 }
 
-/// The difference of the paths of left and right limbs relative to the hips, over their sum.
+/// The asymmetry of a motion: the difference between the path lengths of left and right limbs, divided by their sum.
+/// The paths are relative to the hips.
 fn asymmetry(motion: &Motion, body: &Body) -> Option<f64> {
     let path = |bone: Bone, side: Side| -> Option<f32> {
         let node = *body.bones.get(&bone.on(side))?;

@@ -32,33 +32,39 @@ pub(crate) trait FileTask: Sync {
         Ok(())
     }
 
+    /// The clips of a file that each get an output, with their numbers and names. With fewer than two, the file gets
+    /// one output.
+    fn clips(&self, _: &Path) -> Vec<(usize, String)> {
+        Vec::new()
+    }
+
     /// Receives all files, including the files of other shards.
     fn inputs(&mut self, _: &[Input]) {}
 
     /// Makes the output of a file without printing. Notices go to `record`.
-    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<FileState, String>;
+    fn make(&self, input: &Input, output: &Output<'_>, record: &mut Record) -> Result<FileState, String>;
 
     /// Whether the record of a former run with the same options has all requested data.
     fn is_complete(&self, _: &Record) -> bool {
         true
     }
 
-    /// Whether the output of a former run exists, but was not compared with its source.
+    /// Whether the output of a former run exists, but was never compared with its source.
     fn is_unverified(&self, _: &Record) -> bool {
         false
     }
 
     /// Compares the output of a former run with its source.
-    fn verify(&self, _: &Path, _: &Output<'_>, _: &mut Record) -> Result<(), String> {
+    fn verify(&self, _: &Input, _: &Output<'_>, _: &mut Record) -> Result<(), String> {
         Ok(())
     }
 
-    /// A hash of the data that a file shares with others and that its output depends on.
+    /// A hash of the facts about a file's skeleton that the output depends on, and that other files may determine.
     fn shared_figure(&self, _: &Path) -> Option<String> {
         None
     }
 
-    /// Whether the output of a former run must wait for the results of other files, which may be new.
+    /// Whether the results of other files may change the output of a former run. Then the file waits for these results.
     fn waits(&self, _: &Record) -> bool {
         false
     }
@@ -74,7 +80,7 @@ pub(crate) trait FileTask: Sync {
     /// Receives the records of all files so far, after each file.
     fn keep(&self, _: &BTreeMap<String, Record>) {}
 
-    /// Returns the verdict of the run.
+    /// Returns the verdict of the run, which decides the exit code.
     fn finish(&self, _: &[&Record], counts: &Counts) -> Result<(), Failure> {
         counts.verdict()
     }
@@ -94,8 +100,8 @@ pub(crate) struct FileBatch<'a> {
     pub(crate) folder: &'a Path,
     /// The body to which motions are retargeted. It is not an input, and is never replaced.
     pub(crate) target: Option<&'a Path>,
-    /// Further files that every output depends on. They are never replaced. If one is among the inputs, it is an input
-    /// too.
+    /// Further files that every output depends on. They are never replaced. If one of them is among the inputs, an
+    /// output is made from this file too.
     pub(crate) others: &'a [PathBuf],
     pub(crate) inputs: &'a InputArgs,
     pub(crate) spread: &'a SpreadArgs,
@@ -107,7 +113,7 @@ pub(crate) struct FileBatch<'a> {
     pub(crate) options: String,
 }
 
-/// The result of a file, and its new messages; `None` while it waits.
+/// The result of a file, and its new record, if it has one. `None` while the file waits for other files.
 type FileOutcome = Option<(Outcome, Option<Record>)>;
 
 impl FileBatch<'_> {
@@ -123,22 +129,17 @@ impl FileBatch<'_> {
             left_out.set(left_out.get() || is_it);
             is_it
         };
-        let mut inputs = inputs::find_except(self.paths, self.inputs, &|path| known.has(path) || is_target(path))?;
-        if inputs
-            .iter()
-            .all(|input| !input.path.exists() && !input.path.is_symlink())
-            && let Some(missing) = inputs.first()
-        {
-            // A dry run creates nothing, not even a folder.
-            let error = io::Error::from(io::ErrorKind::NotFound);
-            return Err(mocap::Error::io(&missing.path, error).into());
-        }
+        let mut inputs = inputs::find_except(self.paths, self.inputs, &|base, path| {
+            known.has(base, path) || is_target(path)
+        })?;
+        inputs::refuse_missing(&inputs)?;
         if let Some(target) = self.target.filter(|_| left_out.get()) {
             report::say(&format!(
                 "{}: this is the target of the motions, so it cannot be an input",
                 target.display()
             ));
         }
+        inputs = inputs::split_clips(inputs, thread_count(spread.threads), |file| work.clips(file));
         // Outputs are named before the shard is selected, so that all shards use the same names.
         let outputs = name_outputs(&inputs, work.extension())?;
         let all = inputs
@@ -207,23 +208,23 @@ impl FileBatch<'_> {
         }
         let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
         let own = own.map(|output| self.folder.join(output));
-        // Existing outputs have buffers too.
+        // An existing `.gltf` output also has a buffer, a `.bin`.
         let mut own: Vec<PathBuf> = own.flat_map(|output| [output.with_extension("bin"), output]).collect();
         own.extend(run.claims.paths());
         own.push(Manifest::path(self.folder, self.spread.shard));
-        // Not earlier, because a remaining `.gltf` shows the owner of its buffer. Files of other shards are kept: they
-        // may be running in the same folder.
+        // Do not remove temporary files earlier, because a remaining `.gltf` shows the owner of its buffer. Keep the
+        // temporary files of other shards, which may be running in the same folder.
         remove_all_unfinished(own.iter().map(PathBuf::as_path));
         Ok(())
     }
 
-    /// The outputs of a run without `--dry-run`, with the assumptions about each file.
+    /// Prints the outputs that the run would write without `--dry-run`, with the assumptions about each file.
     fn tell_dry_run(&self, records: &[&Record]) {
         for record in records {
             let Some(output) = &record.output else { continue };
             let output = self.folder.join(output);
             let replaces = if output.exists() {
-                ", in place of what is there"
+                ", replacing the existing file"
             } else {
                 ""
             };
@@ -251,7 +252,7 @@ impl FileBatch<'_> {
 
 /// Refuses a file if the outputs need a folder.
 fn refuse_file(folder: &Path) -> Result<(), Failure> {
-    // Remove a separator at the end, which a file cannot have.
+    // Remove a separator at the end, which the name of a file cannot have.
     let name: PathBuf = folder.components().collect();
     if name.exists() && !name.is_dir() {
         let what = if name.is_file() { "a file" } else { "a device or a pipe" };
@@ -328,7 +329,8 @@ impl Run<'_> {
         let mut record = Record::new(input, &self.many.options);
         let outcome = match self.make(input, &mut record, work) {
             Ok(None) => return None,
-            // A former output that was only compared now gets a new record.
+            // A file that was skipped keeps its former record. But if its former output was compared now, the file gets
+            // a new record.
             Ok(Some(Outcome::Skipped)) if record.output.is_none() => return Some((Outcome::Skipped, None)),
             Ok(Some(outcome)) => outcome,
             Err(error) => {
@@ -366,7 +368,7 @@ impl Run<'_> {
             if work.is_complete(former) {
                 if work.is_unverified(former) {
                     *record = former.clone();
-                    work.verify(file, &output, record)?;
+                    work.verify(input, &output, record)?;
                 }
                 return Ok(Some(Outcome::Skipped));
             }
@@ -376,7 +378,7 @@ impl Run<'_> {
         if !folder.is_dir() && !self.many.is_dry_run {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
-        match work.make(file, &output, record)? {
+        match work.make(input, &output, record)? {
             FileState::Done => {
                 record.output = Some(name.clone());
                 Ok(Some(Outcome::Done))

@@ -8,12 +8,13 @@ use super::spread::SpreadArgs;
 use super::{PANICKED, for_each, thread_count};
 use crate::{Failure, report};
 
-/// Works on all inputs, and reports each failure. Returns the output or the notice of each input, in the order of the
-/// inputs.
+/// Works on all inputs, and reports each failure. Passes each output to `keep` at once, in the order of completion.
+/// Returns the output or the notice of each input, in the order of the inputs.
 pub(crate) fn gather<T: Send>(
     spread: &SpreadArgs,
     inputs: &[Input],
     work: impl Fn(&Input) -> mocap::Result<T> + Sync,
+    mut keep: impl FnMut(&T) -> mocap::Result<()>,
 ) -> Result<(Vec<Result<T, String>>, Counts), Failure> {
     let mut progress = Progress::new(spread.progress(), inputs);
     let mut results: Vec<_> = inputs.iter().map(|_| Err(String::new())).collect();
@@ -24,8 +25,9 @@ pub(crate) fn gather<T: Send>(
             &inputs[index],
             if result.is_ok() { Outcome::Done } else { Outcome::Failed },
         );
-        if let Err(error) = &result {
-            report::complain(error);
+        match &result {
+            Ok(output) => keep(output)?,
+            Err(error) => report::complain(error),
         }
         results[index] = result;
         Ok::<_, Failure>(())

@@ -1,14 +1,17 @@
 //! Makes a list of files from paths of files and folders, from wildcards, and from lists of paths.
 
+use std::collections::HashSet;
+use std::convert::Infallible;
 use std::ffi::OsStr;
 use std::fmt::Write;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use mocap::files::{check_confined, decode_text, read_text};
 use mocap::{Code, Diagnostic, FormatInfo};
 
+use super::for_each;
 use super::pattern::{Pattern, has_wildcard};
 use super::walk::{Entry, Search};
 use crate::{Failure, kinds, report};
@@ -33,6 +36,8 @@ pub struct Input {
     pub bytes: u64,
     /// The reason why the file cannot be read, if known: a broken link, a folder without permission.
     pub problem: Option<String>,
+    /// The clip of the file, if each of its clips is a separate input. Then `relative` ends with the name of the clip.
+    pub clip: Option<usize>,
 }
 
 impl Input {
@@ -47,10 +52,11 @@ impl Input {
             bytes: path.metadata().map_or(0, |metadata| metadata.len()),
             path,
             problem: None,
+            clip: None,
         }
     }
 
-    /// A file that the caller names. A pipe among many files is a failed row: it would be read twice, or block.
+    /// A file that the caller names. A pipe among many files is an input that fails: it would be read twice, or block.
     fn named(path: &Path) -> Self {
         let input = Self::new(path.to_owned(), path.parent().unwrap_or(Path::new("")));
         let is_stream = path.metadata().is_ok_and(|metadata| !metadata.is_file());
@@ -75,6 +81,67 @@ impl Input {
     }
 }
 
+/// Makes an input of each clip of a file that has several, such as `pack.glb/Walk`. `clips` returns the number and the
+/// name of each clip of a file.
+pub(crate) fn split_clips(
+    inputs: Vec<Input>,
+    threads: usize,
+    clips: impl Fn(&Path) -> Vec<(usize, String)> + Sync,
+) -> Vec<Input> {
+    let mut found: Vec<Vec<(usize, String)>> = inputs.iter().map(|_| Vec::new()).collect();
+    let of_input = |input: &Input| match input.problem {
+        None => clips(&input.path),
+        Some(_) => Vec::new(),
+    };
+    let done = for_each(
+        &inputs,
+        threads,
+        of_input,
+        |_| Vec::new(),
+        |index, clips| {
+            found[index] = clips;
+            Ok::<_, Infallible>(())
+        },
+    );
+    let Ok(()) = done;
+    let mut split = Vec::new();
+    for (input, clips) in inputs.into_iter().zip(found) {
+        if clips.len() < 2 {
+            split.push(input);
+            continue;
+        }
+        let mut taken = HashSet::new();
+        for (clip, name) in clips {
+            let mut name = file_name_of(&name);
+            if name.is_empty() {
+                name = clip.to_string();
+            }
+            // Some file systems ignore case.
+            while !taken.insert(name.to_lowercase()) {
+                name = format!("{name}-{clip}");
+            }
+            split.push(Input {
+                relative: format!("{}/{name}", input.relative),
+                clip: Some(clip),
+                ..input.clone()
+            });
+        }
+    }
+    split
+}
+
+/// The name of a clip without the characters that file names cannot have.
+fn file_name_of(clip: &str) -> String {
+    /// A file name has at most 255 bytes on common systems. Its extension and a number need some of them.
+    const MOST_BYTES: usize = 200;
+    let is_allowed = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
+    let mut name: String = clip.chars().map(|c| if is_allowed(c) { c } else { '_' }).collect();
+    while name.len() > MOST_BYTES {
+        name.pop();
+    }
+    name.trim_matches(['.', ' ']).to_owned()
+}
+
 /// The text of a name, with `%` and two digits for a byte that is not UTF-8.
 fn text_of(name: &OsStr) -> String {
     let mut text = String::new();
@@ -92,17 +159,16 @@ const MOST_INPUTS: usize = 1_000_000;
 
 /// The files of `paths`, sorted by their relative paths. A named file may have any extension. Folders and wildcards
 /// only give files with the extension of a known format, and unreadable entries.
-///
-/// A path that does not exist is an input too, and fails like one of many.
+/// A path that does not exist is an input too. It fails like any other input, and does not stop the others.
 pub fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {
-    find_except(paths, args, &|_| false)
+    find_except(paths, args, &|_, _| false)
 }
 
-/// [`find`] without the entries of folders for which `is_excluded` is true.
+/// [`find`] without the entries for which `is_excluded` is true. Its arguments are the searched folder and the entry.
 pub(crate) fn find_except(
     paths: &[PathBuf],
     args: &InputArgs,
-    is_excluded: &dyn Fn(&Path) -> bool,
+    is_excluded: &dyn Fn(&Path, &Path) -> bool,
 ) -> Result<Vec<Input>, Failure> {
     let mut gathered = InputFiles::default();
     for path in paths {
@@ -123,7 +189,7 @@ pub(crate) fn find_except(
         }
         if gathered.inputs.len() == before && !args.allow_empty {
             gathered.say_what_is_skipped();
-            let message = format!("{}: no motion files found; --allow-empty accepts that", path.display());
+            let message = format!("{}: no motion files found; --allow-empty accepts this", path.display());
             return Err(Failure::Usage(message));
         }
     }
@@ -132,6 +198,16 @@ pub(crate) fn find_except(
     inputs.sort_by(|a, b| (&a.relative, &a.path).cmp(&(&b.relative, &b.path)));
     inputs.dedup_by(|a, b| a.path == b.path);
     Ok(inputs)
+}
+
+/// Refuses inputs of which none exists, before any output is made, even a folder. A missing file among others is
+/// reported like a broken file.
+pub(crate) fn refuse_missing(inputs: &[Input]) -> mocap::Result<()> {
+    let is_missing = |input: &Input| !input.path.exists() && !input.path.is_symlink();
+    match inputs.first().filter(|_| inputs.iter().all(is_missing)) {
+        Some(missing) => Err(mocap::Error::io(&missing.path, io::ErrorKind::NotFound.into())),
+        None => Ok(()),
+    }
 }
 
 /// Whether a file is a list, as `mocap survey --select -o chosen.txt` writes it: a path in each line. A motion may have
@@ -148,13 +224,14 @@ fn is_list(path: &Path) -> bool {
     }
     let mut head = Vec::new();
     let read = File::open(path).and_then(|file| file.take(LONGEST_LINE).read_to_end(&mut head));
-    // The head may end within a character, and a broken line is an error of the list.
+    // The last character of the head may be incomplete, so invalid text is allowed here. Reading the whole list refuses
+    // invalid text.
     let text = decode_text(head.clone()).unwrap_or_else(|| String::from_utf8_lossy(&head).into_owned());
     let first = text.lines().find(|line| !line.is_empty()).map(Path::new);
     read.is_ok() && first.is_some_and(|first| first.is_file() || has_known_extension(first))
 }
 
-/// The files of a list. Relative paths are below the folder that all files have in common.
+/// The files of a list. Their relative paths start at the folder that all files have in common.
 fn list_of(path: &Path) -> mocap::Result<Vec<Input>> {
     let text = read_text(path)?;
     let files: Vec<&Path> = text.lines().filter(|line| !line.is_empty()).map(Path::new).collect();
@@ -191,16 +268,21 @@ impl InputFiles {
     }
 
     /// Adds the matching motion files in `base`, and unreadable entries. Paths are relative to `base`.
-    fn search(&mut self, base: &Path, pattern: &Pattern, is_excluded: &dyn Fn(&Path) -> bool) -> Result<(), Failure> {
+    fn search(
+        &mut self,
+        base: &Path,
+        pattern: &Pattern,
+        is_excluded: &dyn Fn(&Path, &Path) -> bool,
+    ) -> Result<(), Failure> {
         let search = Search {
             base,
             pattern,
-            is_excluded,
+            is_excluded: &|path| is_excluded(base, path),
         };
         search.run(|found| match found {
             Entry::File(path) if has_known_extension(&path) => self.add_file(path, base),
             Entry::File(path) => {
-                // MuJoCo's robots have the extension of any XML file.
+                // MuJoCo's robots have the extension `.xml`, which many other files have too.
                 let is_xml = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("xml"));
                 if is_xml && kinds::is_robot(&path) {
                     self.robots.push(path);
@@ -211,7 +293,7 @@ impl InputFiles {
                 self.again.push(path);
                 Ok(())
             }
-            // Unreadable entries without the extension of a motion are ignored, like readable ones.
+            // Ignore unreadable entries without the extension of a motion, because readable ones are ignored too.
             Entry::Problem(path, problem)
                 if path.extension().is_none() || has_known_extension(&path) || path.is_dir() =>
             {

@@ -5,8 +5,8 @@
 
 use std::collections::{BTreeMap, HashSet};
 use std::ffi::OsStr;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::fs;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use mocap::files::{FilePart, write_file};
@@ -17,17 +17,18 @@ use serde_json::value::RawValue;
 
 use super::hash::{sha256, sha256_of_parts};
 use super::inputs::Input;
+use super::lines::{self, Lines};
 use super::shard::Shard;
 use crate::report;
 
 /// The result of one file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
-    /// Its path relative to the folder in which it was found.
+    /// The path of the input, relative to the folder in which the input was found.
     pub(crate) input: String,
-    /// The SHA-256 of its bytes, as `sha256sum` prints it; absent if the file could not be read.
+    /// The SHA-256 of the input, as `sha256sum` prints it; absent if the file could not be read.
     pub(crate) sha256: Option<String>,
-    /// Its size.
+    /// The size of the input, in bytes.
     pub(crate) bytes: u64,
     /// The path of the output relative to the output folder; absent if nothing was written.
     pub(crate) output: Option<String>,
@@ -46,7 +47,8 @@ pub(crate) struct Record {
     /// A hash of the joints' names, parents and OFFSETs. It is equal for clips of one skeleton.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) skeleton: Option<String>,
-    /// A hash of the unit, the up axis, the bone map and the T-pose that it shares with other motions of its skeleton.
+    /// A hash of the unit, the up axis, the bone map and the T-pose that the motion shares with other motions of its
+    /// skeleton.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) shared_figure: Option<String>,
     /// The unit and the up axis, if they were guessed.
@@ -65,7 +67,7 @@ pub(crate) struct Record {
     /// Whether the output was compared with its source, and is within the allowed error.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) verified: bool,
-    /// The duration of the work.
+    /// The duration of the work on the file, in seconds.
     pub(crate) seconds: f64,
 }
 
@@ -120,10 +122,10 @@ impl Record {
 /// One of the files of an output.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct OutputFile {
-    /// Its name in the folder of the output.
+    /// The name of the file in the folder of the output.
     pub(crate) name: String,
     pub(crate) bytes: u64,
-    /// The SHA-256, as `sha256sum` prints it.
+    /// The SHA-256 of the file, as `sha256sum` prints it.
     pub(crate) sha256: String,
 }
 
@@ -136,9 +138,10 @@ impl OutputFile {
         }
     }
 
-    /// Its path in the folder of `output`, if that file has the recorded size and bytes.
+    /// The path of this file in the folder of `output`, if the folder has a file with the recorded name, size and
+    /// bytes.
     fn unchanged_beside(&self, output: &Path) -> Option<PathBuf> {
-        // A manifest that was edited may have a path here.
+        // A manifest that a user edited may have a path here, instead of a name.
         let is_name = Path::new(&self.name).file_name() == Some(OsStr::new(&self.name));
         let path = output.with_file_name(&self.name);
         let has_size = || fs::metadata(&path).is_ok_and(|found| found.is_file() && found.len() == self.bytes);
@@ -154,9 +157,7 @@ const EXTENSION: &str = "jsonl";
 pub(crate) struct Manifest {
     path: PathBuf,
     /// Absent if the run must not write files.
-    file: Option<File>,
-    /// Length of the file.
-    bytes: u64,
+    lines: Option<Lines>,
     records: BTreeMap<String, Record>,
 }
 
@@ -169,8 +170,8 @@ impl Manifest {
         })
     }
 
-    /// Opens the manifest in `folder`. Keeps the records of former runs that `is_kept` accepts, or no records without
-    /// `is_kept`.
+    /// Opens the manifest in `folder`. Keeps the records of former runs that `is_kept` accepts. Without `is_kept`,
+    /// keeps no records.
     pub(crate) fn open(
         folder: &Path,
         shard: Option<Shard>,
@@ -180,13 +181,12 @@ impl Manifest {
         let mut manifest = Self::unwritten(folder, shard, is_kept)?;
         // Remove the partial line of a killed run, so that it does not become the start of the next line.
         write(&manifest.path, &manifest.records)?;
-        let file = OpenOptions::new().append(true).open(&manifest.path)?;
-        manifest.bytes = file.metadata()?.len();
-        manifest.file = Some(file);
+        let bytes = fs::metadata(&manifest.path)?.len();
+        manifest.lines = Some(Lines::open(&manifest.path, bytes)?);
         Ok(manifest)
     }
 
-    /// Like [`open`](Self::open), for a run that writes nothing.
+    /// Reads the manifest as [`open`](Self::open) does, for a run that writes nothing.
     pub(crate) fn unwritten(
         folder: &Path,
         shard: Option<Shard>,
@@ -195,7 +195,7 @@ impl Manifest {
         let (whole, path) = (Self::path(folder, None), Self::path(folder, shard));
         let mut records = BTreeMap::new();
         if let Some(is_kept) = is_kept {
-            // A shard may have been merged since it ran.
+            // The manifest of a shard may have been merged after the shard ran.
             read(&whole, &mut records)?;
             if path != whole {
                 read(&path, &mut records)?;
@@ -204,8 +204,7 @@ impl Manifest {
         }
         Ok(Self {
             path,
-            file: None,
-            bytes: 0,
+            lines: None,
             records,
         })
     }
@@ -217,15 +216,9 @@ impl Manifest {
 
     /// Appends the result of a file.
     pub(crate) fn add(&mut self, record: Record) -> io::Result<()> {
-        let line = line(&record)?;
-        if let Some(file) = &mut self.file
-            && let Err(error) = file.write_all(line.as_bytes())
-        {
-            // Remove the partial line.
-            let _ = file.set_len(self.bytes);
-            return Err(error);
+        if let Some(lines) = &mut self.lines {
+            lines.append(&line(&record)?)?;
         }
-        self.bytes += line.len() as u64;
         self.records.insert(record.input.clone(), record);
         Ok(())
     }
@@ -233,7 +226,7 @@ impl Manifest {
     /// Sorts the lines. Drops lines that a later run has replaced, and lines for which `is_input` is false.
     pub(crate) fn finish(mut self, is_input: impl Fn(&str) -> bool) -> io::Result<()> {
         self.records.retain(|input, _| is_input(input));
-        match self.file {
+        match self.lines {
             Some(_) => write(&self.path, &self.records),
             None => Ok(()),
         }
@@ -291,13 +284,7 @@ pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
 fn check_own(path: &Path) -> io::Result<()> {
     /// The start of every record, even of a record that a killed run has not finished.
     const START_OF_RECORD: &[u8] = b"{\"input\":";
-    let Some(file) = open(path)? else { return Ok(()) };
-    let mut start = Vec::new();
-    file.take(START_OF_RECORD.len() as u64).read_to_end(&mut start)?;
-    match START_OF_RECORD.starts_with(&start) {
-        true => Ok(()),
-        false => Err(not_a_manifest(path)),
-    }
+    lines::check_start(path, START_OF_RECORD, || not_a_manifest(path))
 }
 
 fn not_a_manifest(path: &Path) -> io::Error {
@@ -306,19 +293,11 @@ fn not_a_manifest(path: &Path) -> io::Error {
     io::Error::new(io::ErrorKind::AlreadyExists, message)
 }
 
-/// Opens a manifest; `None` without one. A pipe would block the program, and a device may have no end.
-fn open(path: &Path) -> io::Result<Option<File>> {
-    match fs::metadata(path) {
-        Ok(found) if found.is_file() => File::open(path).map(Some),
-        Ok(_) => Err(not_a_manifest(path)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
 /// Reads the complete lines of a manifest; without a file there are none.
 fn read(path: &Path, records: &mut BTreeMap<String, Record>) -> io::Result<()> {
-    let Some(mut file) = open(path)? else { return Ok(()) };
+    let Some(mut file) = lines::open(path, || not_a_manifest(path))? else {
+        return Ok(());
+    };
     let mut text = Vec::new();
     file.read_to_end(&mut text)?;
     // Other lines come from a killed run or another version. Their files are converted again.

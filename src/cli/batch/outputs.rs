@@ -1,11 +1,12 @@
 //! The outputs of many files in a folder: their names, and permission to write them.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use mocap::files::{FilePart, OutputSet, ReplacePolicy, has_provenance};
-use mocap::{Code, Diagnostic, Error, Export};
+use mocap::{Code, Diagnostic, Error, Export, FormatInfo};
 
 use super::inputs::Input;
 use super::manifest::{self, OutputFile, Record};
@@ -13,10 +14,10 @@ use crate::Failure;
 
 /// One of the outputs, for the thread that makes it.
 pub(crate) struct Output<'a> {
-    /// Its path relative to the folder.
+    /// The path of the output, relative to the folder.
     pub(crate) name: &'a str,
     pub(crate) path: PathBuf,
-    /// The file from which it is made.
+    /// The file from which the output is made.
     pub(super) input: &'a Path,
     pub(super) policy: &'a ReplacePolicy,
     pub(super) folder: &'a Path,
@@ -87,11 +88,12 @@ fn former_has_changed(former: &Record, unchanged: &[PathBuf], error: Error) -> E
 pub(super) struct Claims(Mutex<BTreeMap<PathBuf, OutputFile>>);
 
 impl Claims {
-    /// Claims the files of an output.
+    /// Reserves the files of an output. Refuses a file that another output has with other bytes.
     fn take(&self, set: &OutputSet<'_>) -> mocap::Result<Vec<OutputFile>> {
         let file = |(path, parts): (&Path, &[FilePart<'_>])| (path.to_owned(), OutputFile::new(path, parts));
         let mut files: Vec<(PathBuf, OutputFile)> = set.files().map(file).collect();
-        // Some file systems ignore case. The last file has the name of its input.
+        // Some file systems ignore case, so names are compared in lower case. The last file is excepted: its name comes
+        // from the input.
         if let Some((_, beside)) = files.split_last_mut() {
             for (key, file) in beside {
                 *key = key.with_file_name(file.name.to_lowercase());
@@ -101,7 +103,7 @@ impl Claims {
         let is_taken =
             |(key, file): &&(PathBuf, OutputFile)| claims.get(key).is_some_and(|it| it.sha256 != file.sha256);
         if let Some((key, file)) = files.iter().find(is_taken) {
-            let message = "another output of this run has a file of this name with other contents";
+            let message = "another output of this run needs a file with this name and other contents";
             let diagnostic = Diagnostic::new(Code::OutputExists, message)
                 .help("write the two outputs into different folders, or embed the textures");
             return Err(Error::from(diagnostic).with_path(&key.with_file_name(&file.name)));
@@ -119,41 +121,89 @@ impl Claims {
     }
 }
 
-/// The files that former runs have written to a folder.
+/// Which files are outputs of former runs, and therefore no inputs again.
 pub(crate) struct KnownOutputs {
+    /// The output folder of this run.
     folder: Option<PathBuf>,
-    outputs: HashSet<String>,
+    /// The folders in which files were found, and the folders that contain them.
+    folders: RefCell<HashMap<PathBuf, FolderOutputs>>,
+}
+
+/// The outputs of former runs in a folder.
+struct FolderOutputs {
+    /// Whether this is the output folder of this run.
+    is_own: bool,
+    /// The outputs that the manifests of the folder list.
+    listed: HashSet<String>,
 }
 
 impl KnownOutputs {
     pub(crate) fn of(folder: &Path) -> Self {
         Self {
             folder: folder.canonicalize().ok(),
-            outputs: manifest::outputs(folder),
+            folders: RefCell::default(),
         }
     }
 
-    /// A glTF file names its writer; other files are in the manifest.
-    pub(crate) fn has(&self, path: &Path) -> bool {
-        let is_listed = || {
-            let whole = path.canonicalize().ok()?;
-            let below = whole.strip_prefix(self.folder.as_ref()?).ok()?;
-            let parts: Vec<_> = below
-                .components()
-                .map(|part| part.as_os_str().to_string_lossy())
-                .collect();
-            Some(self.outputs.contains(&parts.join("/")))
+    /// Whether a file is an output of a former run: in the output folder of this run, in an output folder below `base`,
+    /// or beside its source. `base` is the folder that the user named, and the file was found in it. A user who names
+    /// the output folder of another run means its files.
+    pub(crate) fn has(&self, base: &Path, path: &Path) -> bool {
+        if !path.is_file() {
+            return false;
+        }
+        let mut folders = self.folders.borrow_mut();
+        for folder in path.ancestors().skip(1).take_while(|folder| folder.starts_with(base)) {
+            let outputs = folders
+                .entry(folder.to_owned())
+                .or_insert_with(|| self.outputs_in(folder));
+            if outputs.is_own || (folder != base && !outputs.listed.is_empty()) {
+                let parts = path.strip_prefix(folder).unwrap_or(path).components();
+                let parts: Vec<_> = parts.map(|part| part.as_os_str().to_string_lossy()).collect();
+                return has_provenance(path) || outputs.listed.contains(&parts.join("/"));
+            }
+        }
+        has_provenance(path) && has_source_beside(path)
+    }
+
+    fn outputs_in(&self, folder: &Path) -> FolderOutputs {
+        // The folder of a file without a folder in its path.
+        let folder = match folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => folder,
         };
-        path.is_file() && (has_provenance(path) || (!self.outputs.is_empty() && is_listed() == Some(true)))
+        FolderOutputs {
+            is_own: self.folder.is_some() && folder.canonicalize().ok() == self.folder,
+            listed: manifest::outputs(folder),
+        }
     }
 }
 
-/// The output of every input, as relative paths. The new extension replaces the old one; if two inputs would get the
-/// same output, it follows the old extension.
+/// Whether the folder of an output has a motion with the same name that is not an output.
+fn has_source_beside(path: &Path) -> bool {
+    let is_source = |extension: &&str| {
+        let source = path.with_extension(extension);
+        source != path && source.is_file() && !has_provenance(&source)
+    };
+    let extensions = FormatInfo::ALL.iter().flat_map(|row| row.extensions);
+    extensions.copied().any(|extension| is_source(&extension))
+}
+
+/// The output of every input, as relative paths. The new extension replaces the old one. If two inputs would get the
+/// same output, the new extension is appended to the old one. Clips of one file are in a folder with its name.
 pub(crate) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
     // An unreadable entry has no output, so that it does not change the name of another output.
     let inputs = || inputs.iter().filter(|input| input.problem.is_none());
-    let replaced = |input: &Input| Path::new(&input.relative).with_extension(extension);
+    let replaced = |input: &Input| {
+        let relative = Path::new(&input.relative);
+        match (input.clip, relative.parent(), relative.file_name()) {
+            (Some(_), Some(file), Some(clip)) => {
+                let name = format!("{}.{extension}", clip.to_string_lossy());
+                file.with_extension("").join(name)
+            }
+            _ => relative.with_extension(extension),
+        }
+    };
     let mut claims = HashMap::<PathBuf, usize>::new();
     for input in inputs() {
         *claims.entry(replaced(input)).or_default() += 1;

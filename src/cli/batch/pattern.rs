@@ -8,10 +8,10 @@ use crate::Failure;
 #[derive(Debug, Default)]
 pub struct Pattern(Vec<Part>);
 
-/// A name of a pattern.
+/// One name of a pattern, between two separators.
 #[derive(Debug)]
 enum Part {
-    /// `**`
+    /// `**`: any number of folders.
     Folders,
     Name(Vec<Token>),
 }
@@ -32,7 +32,7 @@ enum Token {
 pub enum Fit {
     /// Neither the path nor anything inside it matches.
     No,
-    /// Paths inside it may match.
+    /// The path does not match, but paths inside it may match.
     Above,
     /// The path or one of its parent folders matches.
     Whole,
@@ -64,7 +64,8 @@ impl Pattern {
 
     /// Matches a path, relative to the folder of the pattern, against the pattern.
     pub fn fit<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Fit {
-        // The parts that may match the next name, and one place for the end of the pattern.
+        // Whether each part may match the next name. The last entry is true if the names so far match the whole
+        // pattern.
         let mut next = vec![false; self.0.len() + 1];
         self.reach(0, &mut next);
         for name in names {
@@ -128,7 +129,7 @@ impl Part {
     }
 }
 
-/// The characters between `[` and `]`, and what follows. A `]` that comes first is one of them.
+/// The characters between `[` and `]`, and the text after `]`. A `]` directly after `[` is one of the characters.
 fn one_of(text: &str) -> Option<(Token, &str)> {
     let (is_excluded, text) = text.strip_prefix('!').map_or((false, text), |text| (true, text));
     let first = text.chars().next()?.len_utf8();

@@ -66,7 +66,8 @@ pub(crate) struct Progress {
     display: Display,
 }
 
-/// A further receiver, for the client of a server: it gets the number of files at the start, and every finished file.
+/// A further receiver, for the client of a server. It is called with the number of files at the start, and after every
+/// file.
 static LISTENER: OnceLock<fn(&Counts)> = OnceLock::new();
 
 pub(crate) fn listen(listener: fn(&Counts)) {
@@ -80,7 +81,7 @@ fn tell(counts: &Counts) {
 }
 
 enum Display {
-    /// The bar, after a second.
+    /// A bar on the terminal; `None` in the first second.
     Bar(Option<ProgressBar>),
     Json {
         last: Instant,
@@ -145,7 +146,7 @@ impl Progress {
                 true => error.to_owned(),
                 false => format!("{}: {error}", input.path.display()),
             }),
-            failed if failed == MOST + 1 => report::say("further files that fail are listed in the manifest alone"),
+            failed if failed == MOST + 1 => report::say("more files failed; the manifest lists all of them"),
             _ => {}
         }
     }

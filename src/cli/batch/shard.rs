@@ -9,7 +9,7 @@ use super::inputs::Input;
 /// `i/n`: part `i`, from 1, of `n`.
 ///
 /// A hash of a file's relative path determines its part. All machines agree without communication, and a new file does
-/// not move others.
+/// not change the parts of other files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     part: u64,

@@ -137,7 +137,7 @@ fn here(path: &Path) -> &Path {
     }
 }
 
-/// The path in `folder` of an entry in `start`.
+/// The path of an entry that was found through `start`, as a path in `folder`.
 fn below(folder: &Path, start: &Path, entry: &Path) -> PathBuf {
     match entry.strip_prefix(start) {
         Ok(names) if names.as_os_str().is_empty() => folder.to_owned(),

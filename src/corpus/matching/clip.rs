@@ -16,10 +16,11 @@ use crate::survey::{Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 /// Samples per second of the directions of the limbs. A search compares these samples.
 pub(super) const SAMPLE_RATE: f64 = 20.0;
 /// The largest error of a joint position in a packed motion, in metres. Retargeting to longer legs reads the bend of an
-/// almost straight knee from its position. With an error of 1 mm, some knees bent sideways for a frame.
+/// almost straight knee from the position of the knee. With an error of 1 mm, some knees bent sideways for a frame.
 const PACKED_ERROR: f64 = 0.0001;
 /// The distance from each joint, in metres, at which [`PACKED_ERROR`] also holds: rotations stay within 1/16 degree.
-/// Without this limit the roll of a hand would be free, and another body can have more joints below the hand.
+/// Without this limit, any roll of a hand would be within the error. But another body can have joints below the hand,
+/// which the roll moves.
 const PACKED_SHELL: f64 = 0.1;
 
 /// The longest plausible leg, in metres. A larger number comes from a damaged file.
@@ -46,7 +47,7 @@ pub struct IndexedClip {
     /// The features of each frame, at [`Database::RATE`](crate::matching::Database::RATE) frames per second.
     pub(super) features: Vec<[f32; FEATURES]>,
     pub(super) contacts: Vec<u8>,
-    /// [`SAMPLE_RATE`] samples per second, of [`WIDTH`] bytes each.
+    /// The directions of the limbs: [`SAMPLE_RATE`] samples per second, of [`WIDTH`] bytes each.
     pub(super) samples: Vec<i8>,
     /// The bytes of a packed clip (`.mclip`) with the motion. They are empty for a mirrored clip, and if the database
     /// only refers to the file.

@@ -1,9 +1,10 @@
 //! Motion matching, frame by frame.
 //!
-//! Every sixth of a second the controller searches the nearest frame (Clavet, 2016). The query has the feet and hips of
-//! the current frame, and the wanted trajectory. If another frame is nearer, the motion continues there. The difference
-//! of the two poses in position and speed fades out in a third of a second, by a polynomial of degree 5
-//! (inertialisation: Bollo, 2016). Inverse kinematics of the leg holds a foot in place during its stance phase.
+//! Six times per second, the controller searches the database for the frame nearest to a query (Clavet, 2016). The
+//! query has the feet and hips of the current frame, and the wanted trajectory. If another frame is nearer to the query
+//! than the current frame, the motion continues at the other frame. The difference of the two poses in position and
+//! speed fades out in a third of a second, by a polynomial of degree 5 (inertialisation: Bollo, 2016). Inverse
+//! kinematics of the leg holds a foot in place during its stance phase.
 
 use glam::{Quat, Vec2, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -27,7 +28,8 @@ const NEAR: usize = 20;
 /// The number of frames in which the difference of two poses fades out.
 const FADE: usize = 20;
 
-/// The fraction of the distance from the path that each frame corrects: half of the distance in a third of a second.
+/// The fraction of the figure's distance from its path that each frame corrects. Half of the distance is corrected in a
+/// third of a second.
 const CORRECTED: f32 = 0.034;
 
 /// The largest shift of a figure by a correction, as a fraction of its step: too small to look like foot sliding.
@@ -36,7 +38,7 @@ const MOST_MOVED: f32 = 0.06;
 /// The largest turn of a figure by a correction, in radians per metre of its step.
 const MOST_TURNED: f32 = 0.4;
 
-/// If the wanted trajectory is shorter than this, the figure stops. In metres, on legs of length
+/// The length of the wanted trajectory below which the figure stops, in metres on legs of length
 /// [`LEG`](super::features::LEG).
 const STOPS_WITHIN: f32 = 0.1;
 /// The largest speed of the hips in a frame in which the figure stands, in m/s on legs of length
@@ -81,7 +83,7 @@ pub struct Controller {
     can_stand: bool,
     pose: Pose,
     root: Root,
-    /// The current frame, and the number of frames since the last jump.
+    /// The current frame. `since` is the number of frames since the last jump.
     frame: usize,
     since: usize,
     until_search: usize,
@@ -104,7 +106,7 @@ impl Controller {
     pub fn new(database: &Database, moves: Moves, position: Vec3, forward: Vec3) -> Result<Self> {
         let invalid = |message: String| Diagnostic::new(Code::InvalidValue, message);
         if moves.frames.len() != database.frames() || moves.frames.is_empty() {
-            let message = "the moves do not belong to the frames of the database".to_owned();
+            let message = "the moves were not made from this database".to_owned();
             let found = format!("the poses of {}", moves.frames.len());
             return Err(invalid(message)
                 .expected_found(format!("the poses of {} frames, 1 or more", database.frames()), found)
@@ -149,12 +151,12 @@ impl Controller {
         self.root.position
     }
 
-    /// The facing of the figure.
+    /// The facing of the figure: a horizontal unit vector in the world.
     pub fn forward(&self) -> Vec3 {
         self.root.forward
     }
 
-    /// The pose of the character.
+    /// The pose of the character in the current frame.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
@@ -169,12 +171,12 @@ impl Controller {
         self.jumps
     }
 
-    /// The hips of the character.
+    /// The node of the character's hips.
     pub(super) fn hips(&self) -> NodeId {
         self.moves.hips
     }
 
-    /// The nodes that move, without the hips.
+    /// The nodes of the character that move, except the hips.
     pub(super) fn moved(&self) -> &[NodeId] {
         &self.moves.nodes
     }
@@ -242,7 +244,8 @@ impl Controller {
         left * local.x + Vec3::Y * local.y + self.root.forward * local.z
     }
 
-    /// Jumps to the frame nearest to the current pose with the wanted trajectory.
+    /// Jumps to the frame that is nearest to the query: the current pose with the wanted trajectory. If the current
+    /// frame is nearer, does not jump, unless the current clip `ends`.
     fn search(&mut self, trajectory: &Trajectory, ends: bool) {
         let playing = self.moves.features[self.frame];
         let mut wanted = playing;
@@ -251,7 +254,8 @@ impl Controller {
             let direction = self.root.local(direction.with_y(0.0).normalize_or(self.root.forward));
             set_ahead(&mut wanted, index, position, direction);
         }
-        // A walking figure matches other walking frames by its velocities, and would never stop.
+        // By its velocities, a walking figure matches other walking frames, and would never stop. So search for zero
+        // velocities.
         let farthest = STOPS_WITHIN * self.moves.scale;
         let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < farthest;
         if self.can_stand && trajectory.positions.iter().all(stays) {
@@ -295,7 +299,8 @@ impl Controller {
         self.jumps += 1;
     }
 
-    /// The hips of a frame in the world, if `root` of the database is at the root of the figure.
+    /// The hips of a frame in the world, moved together with `root` of the database, so that `root` is at the root of
+    /// the figure.
     fn placed(&self, frame: &Frame, root: &Root) -> (Vec3, Quat) {
         let position = self.root.position + self.world(root.local(frame.position - root.position));
         let angle = root
@@ -306,7 +311,7 @@ impl Controller {
         (position, Quat::from_rotation_y(angle) * frame.rotation)
     }
 
-    /// The hips with the remaining difference.
+    /// The hips of the current frame, with the part of the difference that has not faded out.
     fn hips_now(&self) -> (Vec3, Quat) {
         let frame = &self.moves.frames[self.frame];
         let (position, rotation) = self.placed(frame, &frame.root);
@@ -316,7 +321,8 @@ impl Controller {
         (position + moved, (exp(turned) * rotation).normalize())
     }
 
-    /// Computes the pose of the frame with the remaining differences, and locks the feet.
+    /// Computes the shown pose: the pose of the frame, with the parts of the differences that have not faded out. Locks
+    /// the feet.
     fn show(&mut self) {
         self.hips = self.hips_now();
         let rotations = self.moves.rotations(self.frame);

@@ -12,7 +12,7 @@ pub struct Database {
 }
 
 impl Database {
-    /// How many numbers the features of a frame have.
+    /// The number of features of a frame.
     pub const FEATURES: usize = FEATURES;
 
     /// The frame rate of the features, in frames per second. All motions are compared at this rate.
@@ -24,12 +24,12 @@ impl Database {
         Self { clips }
     }
 
-    /// The clips.
+    /// The clips of the database, in the order of their files.
     pub fn clips(&self) -> &[IndexedClip] {
         &self.clips
     }
 
-    /// The clips, by value.
+    /// The clips of the database, without copying them.
     pub fn into_clips(self) -> Vec<IndexedClip> {
         self.clips
     }

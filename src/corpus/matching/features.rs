@@ -6,7 +6,7 @@
 //! | 6-8, 9-11 | velocity of the left and the right foot |
 //! | 12-14 | velocity of the hips |
 //! | 15-20 | position on the ground in 20, 40 and 60 frames: to the left, forward |
-//! | 21-26 | where the body looks in 20, 40 and 60 frames: to the left, forward |
+//! | 21-26 | facing of the body in 20, 40 and 60 frames: to the left, forward |
 //!
 //! All features are relative to the root: the point on the ground below the hips, with the facing of the body. A
 //! Savitzky-Golay filter of degree 3 smooths the position over 31 frames and the facing over 61 frames. Axes are left,
@@ -17,10 +17,10 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use crate::survey::{Body, Motion};
 
-/// Numbers of a frame.
+/// The number of features of a frame.
 pub(super) const FEATURES: usize = 27;
 
-/// The frame rate of the features, in frames per second. Games have the same rate, so a jump is never late.
+/// The frame rate of the features, in frames per second. Many games run at this rate.
 pub(super) const FEATURE_RATE: f64 = 60.0;
 /// The leg length to which all features are scaled, in metres from hip through knee to ankle: the leg of a man 1.78 m
 /// tall.
@@ -28,16 +28,16 @@ pub(super) const LEG: f32 = 0.87;
 /// How far ahead the features sample the trajectory, in frames.
 pub const AHEAD: [usize; 3] = [20, 40, 60];
 
-/// The velocities of feet and hips among the numbers: three each.
+/// The indices of the velocities of the feet and the hips among the features.
 const VELOCITIES: std::ops::Range<usize> = 6..15;
 
-/// Where the velocity of the hips begins among the numbers.
+/// The index of the first velocity of the hips among the features.
 const HIPS_VELOCITY: usize = 12;
 
-/// Where the three positions of the trajectory begin among the numbers.
+/// The index of the first of the three positions of the trajectory among the features.
 const POSITIONS: usize = 15;
 
-/// Where the three directions of the trajectory begin among the numbers.
+/// The index of the first of the three directions of the trajectory among the features.
 const DIRECTIONS: usize = 21;
 
 /// Half the window that smooths the position of the root, in frames. The window is half a second, one step.
@@ -48,7 +48,7 @@ const SMOOTH_DIRECTION: usize = 30;
 /// The contact bits of the left ankle and ball. The bits of the right foot are these bits shifted left by 1.
 const LEFT: u8 = 0b0101;
 
-/// The place of a body on the ground, and its facing, horizontal and of length 1.
+/// The position of a body on the ground, and the facing of the body. The facing is horizontal and of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
     pub position: Vec3,
@@ -63,7 +63,7 @@ impl Root {
     }
 }
 
-/// A motion at [`FEATURE_RATE`], in metres of its own body.
+/// A motion at [`FEATURE_RATE`]. Its lengths are in metres, and are not scaled to [`LEG`].
 pub(super) struct Track {
     hips: Vec<Vec3>,
     feet: [Vec<Vec3>; 2],

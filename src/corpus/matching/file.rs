@@ -1,17 +1,17 @@
 //! The file of a database, `.mdb`. All numbers are little-endian.
 //!
-//! | bytes | what |
+//! | bytes | contents |
 //! |---|---|
 //! | 8 | `mocapMDB` |
 //! | 4 | the version, 2 |
-//! | 4 | the numbers of a frame, 27 |
-//! | 8 | the bytes of the list |
-//! | list | JSON: of each clip its row, whether it is mirrored, leg, begin, frames, samples, bytes of its packed clip |
+//! | 4 | the number of features of a frame, 27 |
+//! | 8 | the length of the list in bytes |
+//! | list | JSON with, for each clip: its row, its numbers of frames and samples, and the other data of the clip |
 //! | 54 each | the features of the frames of all clips, as 16-bit floating-point numbers |
-//! | 1 each | their contacts |
+//! | 1 each | the contacts of these frames |
 //! | 34 each | the samples of all clips |
-//! | bytes | the packed clips (`.mclip`) of those that have their motion within |
-//! | 32 | the SHA-256 of all bytes before |
+//! | bytes | the packed clips (`.mclip`) of the clips whose motions the database has |
+//! | 32 | the SHA-256 of all previous bytes |
 //!
 //! The reader reads blocks and allocates memory only for bytes that it has read, so that a wrong count costs no memory.
 //! The list states how many bytes follow. More bytes are an error.
@@ -215,7 +215,7 @@ impl<R: Read> Source<R> {
         let list = self.bytes(bytes as usize)?;
         let list = String::from_utf8_lossy(&list);
         let entries: Vec<Entry<ClipRow>> =
-            serde_json::from_str(&list).map_err(|error| invalid(&format!("its list of clips: {error}")))?;
+            serde_json::from_str(&list).map_err(|error| invalid(&format!("its list of clips is broken: {error}")))?;
         let most = Limits::default().max_values / FEATURES as u64;
         let add = |sum: u64, count: u64| sum.saturating_add(count);
         for (what, most, count) in [
@@ -258,7 +258,7 @@ impl<R: Read> Source<R> {
 fn of_io(error: io::Error) -> Error {
     match error.kind() {
         io::ErrorKind::UnexpectedEof => Diagnostic::new(Code::UnexpectedEnd, "the database ends before its checksum")
-            .help("make it again with `mocap index`")
+            .help("make the database again with `mocap index`")
             .into(),
         _ => Diagnostic::new(Code::Io, error.to_string()).into(),
     }
@@ -267,7 +267,7 @@ fn of_io(error: io::Error) -> Error {
 fn invalid(why: &str) -> Error {
     let message = format!("the file is not a database of motions: {why}");
     Diagnostic::new(Code::InvalidDatabase, message)
-        .help("make it again with `mocap index`")
+        .help("make the database again with `mocap index`")
         .into()
 }
 

@@ -13,11 +13,12 @@ use super::features::{AHEAD, FEATURE_RATE};
 use super::record::Record;
 use super::trajectory::Trajectory;
 
-/// How far ahead of the last nearest point of the path the next one is searched, in seconds at the wanted speed.
+/// The length of the piece of the path in which the point nearest to the figure is searched. The piece begins at the
+/// last nearest point. In seconds at the wanted speed.
 const LOOKED_AT: f64 = 0.5;
 /// The distance to the end of the path at which the figure has arrived, in metres.
 const ARRIVED: f64 = 0.2;
-/// The longest time for a path: a multiple of the path's time at the wanted speed, and additional seconds.
+/// The longest time for a path: a factor for the path's time at the wanted speed, and a number of seconds to add.
 const LONGEST: (f64, f64) = (3.0, 5.0);
 /// The longest path, in minutes at the wanted speed.
 const MOST_MINUTES: f64 = 60.0;
@@ -49,7 +50,7 @@ impl fmt::Display for FollowReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, {} jumps; path of {:.1} m: mean deviation {:.2} m and {:.0} degrees, {:.2} m at most{}",
+            "frames: {}, jumps: {}; path of {:.1} m: mean deviation {:.2} m and {:.0} degrees, {:.2} m at most{}",
             self.frames,
             self.jumps,
             self.length,
@@ -59,7 +60,7 @@ impl fmt::Display for FollowReport {
             if self.has_arrived {
                 ""
             } else {
-                "; the figure did not reach its end"
+                "; the figure did not reach the end of the path"
             }
         )
     }
@@ -124,8 +125,8 @@ impl Controller {
             let directions = ahead.map(|along| on_ground(path.direction(along)));
             let step = self.position().distance(before);
             before = self.position();
-            // A turn takes about `AHEAD[0]` frames to half complete. To face along the path there, the turn begins
-            // here.
+            // A turn is half complete after about `AHEAD[0]` frames. So the turn begins that many frames before the
+            // figure should face along the path.
             let soon = path.direction(along + speed * AHEAD[0] as f64 / FEATURE_RATE);
             self.correct(on_ground(path.at(along)), on_ground(soon), step);
             self.update(&Trajectory::new(positions, directions));

@@ -10,11 +10,11 @@ use mocap_scene::files::Records;
 
 /// The fraction of a stick's range that counts as its centre: sticks do not return exactly to the centre.
 const DEAD_ZONE: f32 = 0.1;
-/// The longest time, in seconds.
+/// The largest time of a row, in seconds.
 const LONGEST: f64 = 3600.0;
 /// The largest number of rows: an hour of a gamepad at 1000 samples per second.
 const MOST_ROWS: usize = 3_600_000;
-/// The columns of a CSV table. JSON has the same names as keys.
+/// The columns of a CSV table. The objects of a JSON list have keys with these names.
 const COLUMNS: [&str; 5] = ["seconds", "left_x", "left_y", "right_x", "right_y"];
 
 /// The two sticks of a gamepad over time: x to the right and y forward, from -1 to 1. `docs/search.md` describes the
@@ -53,8 +53,7 @@ impl Gamepad {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     ///
-    /// # Errors
-    /// [`Code::InvalidArrays`], with the line of a table, or the row.
+    /// [`Code::InvalidArrays`]. The message names the line of a table, or the row of a list.
     pub fn parse(text: &str) -> Result<Self> {
         let rows = match text.trim_start_matches(['\u{feff}', ' ', '\t', '\r', '\n']) {
             list if list.starts_with('[') => {
@@ -157,7 +156,7 @@ fn checked(rows: Vec<(String, Row)>) -> Result<Gamepad> {
     let mut before = -1.0;
     for (place, row) in &rows {
         let seconds = row.seconds;
-        // NaN is in no range.
+        // This also refuses NaN, which is in no range.
         if !(0.0..=LONGEST).contains(&seconds) || seconds <= before {
             let expected = match before < 0.0 {
                 true => format!("0 to {LONGEST}"),

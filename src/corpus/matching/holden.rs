@@ -12,7 +12,7 @@
 //! Bone 0 is the root, on the ground below the hips. Bone 1 is the hips. `features.bin` has the normalized features of
 //! the frames, and the offsets and divisors that normalized them.
 //!
-//! The files contain a database, which the package `mocap-formats` does not know. So this module writes them.
+//! The package `mocap-formats` does not know databases, so this module writes the files.
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -185,8 +185,8 @@ impl Moves {
 }
 
 impl Track {
-    /// Sets the signs of the rotations and both velocities in the frames of a clip. Velocities are central differences,
-    /// with linear extrapolation at the ends of the clip.
+    /// Sets the signs of the rotations, the velocities and the angular velocities in the frames of a clip. Velocities
+    /// are central differences, with linear extrapolation at the ends of the clip.
     fn complete(&mut self, (start, stop): (usize, usize)) {
         let rate = FEATURE_RATE as f32;
         for frame in start + 1..stop {

@@ -3,9 +3,9 @@
 //! Both motions are sampled 20 times per second. A sample has the directions of ten limbs, and the height and movement
 //! of the hips, independent of the skeleton (`survey::fingerprint`). Each sample q of the query matches one sample j(q)
 //! of the clip. From one q to the next, j steps by 0, 1 or 2. The pace of the clip stays within a factor of 1.2 of the
-//! pace of the query: j(q) - j(0) is from q / 1.2 - 1 to 1.2 q + 1. At the last q, j(q) - j(0) is from q / 1.2 to 1.2
-//! q. Dynamic time warping finds the cheapest path from each first sample. If parts overlap by more than half, only the
-//! best of them is kept. Limbs that one of the bodies lacks are not compared.
+//! pace of the query. So j(q) - j(0) is from q / 1.2 - 1 to 1.2 q + 1. At the last q, j(q) - j(0) is from q / 1.2 to
+//! 1.2 q. For each possible j(0), dynamic time warping finds the cheapest matches of all q. If parts overlap by more
+//! than half, only the best part is kept. A limb is compared only if both bodies have it.
 
 use mocap_scene::options::setters;
 use serde::Serialize;
@@ -22,7 +22,7 @@ const PACE: f64 = 1.2;
 /// The additional tolerance for all samples except the last, in samples, because the alignment advances by whole
 /// samples.
 const SLACK: f64 = 1.0;
-/// Weights of the squared differences of the numbers after the limbs: height of the hips, speed sideways, speed
+/// Weights of the squared differences of the last numbers of a sample: height of the hips, speed sideways, speed
 /// forward, speed of turning.
 const WEIGHTS: [i32; WIDTH - 3 * LIMBS] = [6, 2, 2, 2];
 
@@ -104,7 +104,7 @@ impl Database {
     }
 }
 
-/// A query with the options of the search.
+/// A query, and the options of its search.
 struct Search<'a> {
     query: &'a Query,
     mirror: Option<Vec<i8>>,

@@ -9,12 +9,13 @@ use mocap_scene::scene::NodeId;
 
 /// Frames over which a released foot returns to its position in the motion.
 const RELEASE: usize = 12;
-/// The largest distance of a locked foot from its position in the motion, in metres on the body of the features. Beyond
-/// this distance the foot is released.
+/// The largest distance of a locked foot from its position in the motion, in metres on a body with legs of the length
+/// [`LEG`](super::features::LEG). Beyond this distance the foot is released.
 const FARTHEST: f32 = 0.15;
 
-/// The contact bits of a foot, after the bits of the other foot are shifted out.
+/// The bit of the ankle in the contact bits of one foot, after the bits of the other foot are shifted out.
 const ANKLE: u8 = 1;
+/// The bit of the ball in the contact bits of one foot.
 const BALL: u8 = 4;
 
 /// The lock of one foot. `moved` is the shift of the foot over the ground from its position in the motion.
@@ -72,7 +73,7 @@ impl FootLock {
         }
     }
 
-    /// The remainder of the shift since the foot was released.
+    /// The part of the shift that remains since the foot was released.
     fn left(&self) -> Vec3 {
         fade(self.from, Vec3::ZERO, self.since, RELEASE)
     }

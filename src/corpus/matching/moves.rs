@@ -39,7 +39,7 @@ pub struct Moves {
     pub(super) knees: [Vec3; 2],
     /// The balls of both feet, or the ankles of a body without toes.
     pub(super) balls: [NodeId; 2],
-    /// The nodes that move, without the hips.
+    /// The nodes of the character that move, except the hips.
     pub(super) nodes: Vec<NodeId>,
     /// The transforms of these nodes relative to their parents in the rest pose.
     pub(super) at_rest: Vec<Trs>,
@@ -52,11 +52,11 @@ pub struct Moves {
     pub(super) scale: f32,
 }
 
-/// A frame without its rotations.
+/// The data of a frame, except the rotations of its nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) root: Root,
-    /// The hips in the world.
+    /// The position of the hips in the world.
     pub(super) position: Vec3,
     pub(super) rotation: Quat,
     pub(super) contacts: u8,
@@ -198,7 +198,7 @@ impl Moves {
         let animation = self.scene.animations.remove(0);
         let motion = Motion::new(&self.scene, &animation, &self.figure)?;
         let track = motion.body.as_ref().and_then(|body| Track::new(&motion, body));
-        let no_motion = || Diagnostic::new(Code::NoMotion, "a clip has no motion on the character");
+        let no_motion = || Diagnostic::new(Code::NoMotion, "a clip of the database moves no joint of the character");
         let track = track.filter(|track| track.frames() > 0).ok_or_else(no_motion)?;
         let binding = Binding::new(&self.scene, &animation);
         let mut pose = self.rest.clone();
@@ -230,7 +230,7 @@ impl Moves {
         &self.scene.nodes[node.index()]
     }
 
-    /// The rotations of a frame.
+    /// The rotations of the moving nodes in a frame, relative to their parents.
     pub(super) fn rotations(&self, frame: usize) -> &[Quat] {
         &self.rotations[frame * self.nodes.len()..(frame + 1) * self.nodes.len()]
     }

@@ -12,7 +12,7 @@ use super::features::FEATURE_RATE;
 use super::gamepad::Gamepad;
 use super::record::Record;
 
-/// The largest speed of a stick at its edge, in m/s: no human runs faster.
+/// The largest speed in m/s that a stick at its edge may request. No human runs faster.
 const FASTEST: f32 = 12.0;
 /// Half the window over which the velocity of the figure is measured, in frames. The window is one step of a walk.
 const STEP: usize = 15;
@@ -43,7 +43,7 @@ impl fmt::Display for PlayReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, {} jumps; {:.1} m, and {:.1} m were asked for; mean error of the velocity {:.2} m/s, of the \
+            "frames: {}, jumps: {}; the figure moved {:.1} m, the gamepad asked for {:.1} m; mean error of the velocity {:.2} m/s, of the \
              direction {:.0} degrees",
             self.frames, self.jumps, self.distance, self.wanted_distance, self.mean_velocity_error, self.mean_angle
         )
@@ -51,10 +51,10 @@ impl fmt::Display for PlayReport {
 }
 
 impl Controller {
-    /// Makes the figure follow a gamepad. The figure stands at first. The left stick is the velocity over the ground:
-    /// forward along +Z of the world, right along -X, and `speed` m/s at its edge. The right stick is the facing. While
-    /// the right stick is in its centre, the figure faces its direction of motion. Returns the motion, and a report of
-    /// how well the figure followed.
+    /// Makes the figure follow a gamepad. The figure stands at first. The left stick controls the velocity over the
+    /// ground: forward is +Z of the world, and right is -X. At its edge, the stick requests `speed` m/s. The right
+    /// stick controls the facing. While the right stick is in its centre, the figure faces its direction of motion.
+    /// Returns the motion, and a report of how well the figure followed.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -44,7 +44,7 @@ impl Steering {
         Vec3::new(self.velocity.x, 0.0, self.velocity.y)
     }
 
-    /// The facing.
+    /// The facing: a horizontal unit vector in the world.
     pub fn forward(&self) -> Vec3 {
         direction(self.angle)
     }

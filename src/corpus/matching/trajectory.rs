@@ -9,9 +9,9 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Trajectory {
-    /// The positions.
+    /// The wanted positions in 20, 40 and 60 frames.
     pub positions: [Vec3; 3],
-    /// The facings.
+    /// The wanted facings in 20, 40 and 60 frames.
     pub directions: [Vec3; 3],
 }
 

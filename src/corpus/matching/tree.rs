@@ -45,7 +45,7 @@ type Lanes = [f32; FAN];
 /// Up to eight frames. Missing frames are infinitely far away.
 type Leaf = [Lanes; FEATURES];
 
-/// Eight boxes, as their least and largest values.
+/// Eight boxes, each with its least and its largest coordinate along each axis.
 #[derive(Clone, Debug)]
 struct Boxes {
     least: Leaf,
@@ -171,8 +171,8 @@ impl FeatureTree {
     }
 }
 
-/// The rounding error of the coordinates of two rows along the axes, relative to the lengths of the rows. Each
-/// coordinate contributes half a unit in the last place, and the sums of squares the same amount.
+/// The rounding error of the coordinates of two rows along the axes, relative to the lengths of the rows. The error of
+/// each coordinate is half a unit in the last place, and the error of the sums of squares is as large.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
 struct Best {
@@ -247,7 +247,7 @@ fn least(numbers: &Lanes) -> (usize, f32) {
     least
 }
 
-/// The number of independent partial sums. No addition waits for the previous one.
+/// The number of independent partial sums. With several sums, no addition waits for the previous one.
 const SUMS: usize = 4;
 /// The number of axes that are summed first. For almost every box, their sum already exceeds the limit.
 const FIRST: usize = 8;

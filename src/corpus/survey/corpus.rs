@@ -13,8 +13,8 @@ use super::thresholds::{DefectKind, Thresholds};
 use super::twins::{self, Candidate, SHORTEST_CLIP};
 use super::{descriptor, select};
 
-/// The row of one clip, and the data that is compared with other clips. As JSON, it is a line of a record. A survey
-/// resumes from a record, and the records of shards can be merged.
+/// The row of one clip, and the data that is compared with other clips. Its JSON is one line of a record, a text file
+/// with a line for each clip. A survey resumes from a record, and the records of shards can be merged.
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -39,7 +39,8 @@ impl From<ClipRow> for ClipRecord {
     }
 }
 
-/// The fewest joints of a skeleton to compare sizes. Smaller skeletons are equal by chance.
+/// The fewest joints of a skeleton whose sizes in different clips are compared. Two skeletons with fewer joints may be
+/// alike by chance.
 const LEAST_JOINTS: u64 = 5;
 
 /// All clips of a corpus.
@@ -209,7 +210,8 @@ impl Corpus {
         let seconds = (SHORTEST_CLIP as f64 - 1.0) / RATE;
         (count > 0).then(|| {
             format!(
-                "{} of at most {seconds} s: of these, only identical files are near-duplicates",
+                "{} not longer than {seconds} s: such short clips count as near-duplicates only if their files are \
+                 identical",
                 counted(count, "clip")
             )
         })

@@ -96,8 +96,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Adds a finding, if its amount reaches the threshold. Times and counts of a kind are summed. For other kinds the
-    /// largest amount counts.
+    /// Adds a finding if its amount reaches the threshold. If the kind is a time or a count, the clip's amount is the
+    /// sum of all findings. For other kinds, it is the largest amount.
     pub(super) fn add(
         &mut self,
         kind: DefectKind,
@@ -135,7 +135,7 @@ impl<'a> Findings<'a> {
     }
 }
 
-/// 0 below `from`, 1 above `to`, and linear between them, so that amounts do not jump at a limit.
+/// 0 below `from`, 1 above `to`, and linear between `from` and `to`, so that amounts do not jump at a limit.
 fn ramp(value: f32, from: f32, to: f32) -> f32 {
     ((value - from) / (to - from)).clamp(0.0, 1.0)
 }

@@ -160,7 +160,7 @@ fn words(text: &str) -> Result<Vec<Word>> {
             })?;
             (&rest[1..=end], &rest[end + 2..])
         } else if let Some((sign, _)) = Comparison::ALL.iter().find(|(sign, _)| rest.starts_with(sign)) {
-            // Programmers write `==`.
+            // Also accept `==`, which programmers write.
             let length = if rest.starts_with("==") { 2 } else { sign.len() };
             (*sign, &rest[length..])
         } else if let '(' | ')' = first {
@@ -191,7 +191,8 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
-    /// The expression with the words of expressions in place of the signs of programming languages, as help.
+    /// The expression with `and`, `or` and `not` in place of the signs of programming languages, for the help of an
+    /// error. `None` if the result is not a valid expression.
     fn respelled(&self) -> Option<String> {
         let mut text = self.text.replace("!=", "\0").replace("==", "=").replace('!', " not ");
         for (signs, word) in [(["&&", "&"], " and "), (["||", "|"], " or ")] {
@@ -279,7 +280,7 @@ impl Parser<'_> {
         let columns = ClipRow::columns();
         let Some((column, kind)) = columns.iter().find(|(name, _)| *name == word.text && !word.is_quoted) else {
             let nearest = mocap_scene::error::nearest(&word.text, columns.iter().map(|(name, _)| *name));
-            let message = format!("{{where}}: \"{}\" is no column", word.text);
+            let message = format!("{{where}}: \"{}\" is not a column", word.text);
             let help = match nearest {
                 Some(name) => format!("did you mean {name}?"),
                 None => match self.respelled() {

@@ -17,12 +17,13 @@ use super::motion::{Body, Motion};
 pub(crate) const RATE: f64 = 10.0;
 /// The number of limbs. Each limb is a direction.
 pub const LIMBS: usize = 10;
-/// The numbers of a sample: three for each limb, then the height of the hips in half leg lengths. Then their speed
-/// sideways and forward, in leg lengths per second / 4. The last is the turning speed in turns per second.
+/// The numbers of a sample: three for each limb, then four for the hips. These are the height in half leg lengths, the
+/// speeds sideways and forward in leg lengths per second / 4, and the turning speed in turns per second.
 pub const WIDTH: usize = 3 * LIMBS + 4;
 /// The longest fingerprint, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;
-/// The largest number of parts on each side of a window: the frames between two samples at 120 frames per second.
+/// The largest number of positions before, and after, a sample that the filter averages. At 120 frames per second, 12
+/// frames lie between two samples.
 const MOST_PARTS: f64 = 12.0;
 
 /// The bones from which and to which each limb goes. Each left limb comes directly before the right limb.
@@ -42,7 +43,7 @@ const BONES: [(Bone, Bone); LIMBS] = [
 /// The fingerprint of one clip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Fingerprint {
-    /// Samples x [`WIDTH`].
+    /// All samples, with [`WIDTH`] numbers each.
     pub(crate) values: Vec<i8>,
     /// Whether the limbs are limbs of a humanoid. Otherwise they go from the root to joints of the skeleton.
     pub(crate) is_body: bool,
@@ -58,8 +59,8 @@ impl Fingerprint {
         Self::through(motion, &window, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
     }
 
-    /// `samples` samples at another rate, starting at frame `from`. A speed is the speed since the previous sample,
-    /// which may lie before `from`.
+    /// The fingerprint with `samples` samples at another rate, starting at frame `from`. A speed is measured since the
+    /// previous sample, which may lie before `from`.
     pub(crate) fn sampled(motion: &Motion, rate: f64, from: f64, samples: usize) -> Self {
         Self::through(motion, &Window::moment(), rate, from, samples)
     }
@@ -85,7 +86,7 @@ impl Fingerprint {
         self.values.len() / WIDTH
     }
 
-    /// The directions of a sample.
+    /// The directions of the limbs in a sample.
     pub(crate) fn limbs(&self, sample: usize) -> &[i8] {
         &self.values[sample * WIDTH..sample * WIDTH + 3 * LIMBS]
     }
@@ -96,10 +97,10 @@ impl Fingerprint {
     }
 }
 
-/// The frames around a time with their weights: a low-pass filter. Without the filter, two copies sampled at different
-/// times would differ in motion faster than the sample rate (aliasing).
+/// The frames around a time, with their weights: a low-pass filter. Without the filter, two copies that are sampled at
+/// different times would differ if their motion is faster than the sample rate (aliasing).
 struct Window {
-    /// Offsets in frames, with weights.
+    /// Times as offsets from the middle, in frames, each with its weight.
     parts: Vec<(f64, f32)>,
 }
 
@@ -153,11 +154,11 @@ type Limbs = [Option<[usize; 2]>; LIMBS];
 
 fn limbs(body: &Body) -> Limbs {
     let bone = |bone: Bone| body.bones.get(&bone).copied();
-    // A body without a neck uses its head.
+    // If a body has no neck, use its head.
     BONES.map(|(from, to)| Some([bone(from)?, bone(to).or_else(|| bone(Bone::Head))?]))
 }
 
-/// A motion at one time.
+/// The limbs and the hips of a figure at one time.
 struct Sample {
     limbs: [Vec3; LIMBS],
     forward: Vec3,

@@ -34,7 +34,7 @@ impl Corpus {
                 return Err(Diagnostic::new(Code::InvalidValue, message).into());
             }
             _ => {
-                let message = "the rows of a survey have no such format";
+                let message = "a survey cannot be written in this format";
                 let known = Self::FORMATS.join(", ");
                 return Err(Diagnostic::new(Code::InvalidValue, message)
                     .expected_found(known, extension)

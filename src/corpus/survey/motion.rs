@@ -88,7 +88,7 @@ impl<'a> Motion<'a> {
             true => mocap_edit::contacts_of(scene, animation, figure)?,
             false => DetectedContacts::default(),
         };
-        // The motion has the positions too.
+        // Frees the positions of the contacts, because the motion has the same positions.
         for point in &mut contacts.points {
             point.positions = Vec::new();
         }

@@ -11,7 +11,7 @@ use super::motion::Motion;
 /// Held frames of up to this time, in seconds, are kept, because they may be doubled frames.
 const LONGEST: f64 = 0.1;
 
-/// The fewest frames of a motion.
+/// The fewest moving frames. A clip with fewer moving frames is examined as a whole.
 const LEAST: usize = 8;
 
 /// The frames in which the body moves. `None` if the body moves in all frames, or in hardly any frame.
@@ -31,14 +31,14 @@ pub(super) fn moving_frames(scene: &Scene, motion: &Motion) -> Option<Vec<usize>
     (has_other_frames && !scene.has_points()).then_some(frames)
 }
 
-/// The part of a clip in which the body moves. The keys of the clip are in this part until
-/// [`give_back`](Self::give_back): a copy of the keys of a long clip takes too much memory.
+/// The part of a clip in which the body moves. The part takes the keys out of the clip, because a copy of a long clip's
+/// keys takes too much memory. [`give_back`](Self::give_back) returns them.
 pub(super) struct MovingPart {
     pub(super) scene: Scene,
     pub(super) figure: Figure,
     /// For each frame of the part, the frame of the clip.
     pub(super) frames: Vec<usize>,
-    /// The keys of the other frames of each channel.
+    /// The keys of the frames that are not in the part, for each channel.
     others: Vec<Others>,
 }
 

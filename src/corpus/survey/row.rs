@@ -193,7 +193,7 @@ macro_rules! row {
 row! {
     /// The file.
     file: String,
-    /// The clip's name in the file, or its index where it has none.
+    /// The clip's name in the file, or its index if it has no name.
     clip: String,
     /// Why the file cannot be read. If it is set, all columns below are empty.
     error: Option<String>,

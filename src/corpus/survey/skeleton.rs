@@ -4,8 +4,8 @@ use sha2::{Digest, Sha256};
 
 use mocap_scene::scene::{NodeKind, Scene};
 
-/// The rounding of bone lengths, as a fraction of the longest. Solvers fit the lengths to each take, so they differ
-/// slightly.
+/// The step to which bone lengths are rounded, as a fraction of the longest bone. Solvers fit the lengths to each take,
+/// so the lengths of one skeleton differ slightly.
 const GRAIN: f32 = 0.02;
 
 /// A hash of the hierarchy, and of the bone lengths relative to the longest bone. It ignores end sites, because some

@@ -1,7 +1,7 @@
 //! Splits a corpus into parts for training and testing, so that each group of clips is in one part.
 //!
-//! The part of a group depends only on a hash of what its clips have in common. Other clips and the order of clips
-//! never change it.
+//! The part of a group depends only on a hash of what its clips have in common, such as the person. Other clips, and
+//! the order of the clips, never change the part.
 
 use std::collections::BTreeMap;
 
@@ -37,9 +37,11 @@ impl Corpus {
         let sum: f64 = parts.iter().sum();
         if parts.len() < 2 || !parts.iter().all(|part| *part > 0.0) || (sum - 1.0).abs() > OFF_ONE {
             let found = parts.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-            return Err(Diagnostic::new(Code::InvalidValue, "{split} must name the parts of 1")
-                .expected_found("two or more numbers above 0 whose sum is 1, such as 0.8,0.1,0.1", found)
-                .into());
+            return Err(
+                Diagnostic::new(Code::InvalidValue, "{split} must be the fractions of the parts")
+                    .expected_found("two or more numbers above 0 whose sum is 1, such as 0.8,0.1,0.1", found)
+                    .into(),
+            );
         }
         let names = names(parts.len());
         let rows: Vec<&ClipRow> = self.rows().collect();
@@ -54,7 +56,8 @@ impl Corpus {
             {
                 former.entry(*group).or_insert(part);
             }
-            // The least name of all clips. It does not change when clips with larger names are added.
+            // The key of a group is the alphabetically first text of its clips. The key does not change when later
+            // texts are added.
             let key = common(row, by);
             let least = keys.entry(*group).or_insert_with(|| key.clone());
             *least = std::cmp::min(std::mem::take(least), key);
@@ -72,7 +75,7 @@ impl Corpus {
 }
 
 impl Corpus {
-    /// The names of the parts of [`split`](Self::split) without a clip.
+    /// The names of the parts of [`split`](Self::split) that have no clip.
     #[doc(hidden)]
     pub fn empty_parts(&self, parts: usize) -> Vec<String> {
         let mut names = names(parts);

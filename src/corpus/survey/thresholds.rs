@@ -76,8 +76,8 @@ kinds! {
     Defect CutOff "cut-off" "%" 2.0 10.0 false "the file has fewer frames than it states"
     Defect NoMotion "no-motion" "joints" 1.0 1.0 false "the file has no motion, or no joint moves in it"
     Defect WrongRate "wrong-rate" "times" 1.3 2.0 false "the factor by which bodies fall too fast or too slowly, or by which the frame rate is outside 5 to 1000 frames per second"
-    Defect Frozen "frozen" "s" 0.5 2.0 false "no joint moves, between frames in which the body moves"
-    Defect Gap "gap" "s" 0.5 2.0 false "some joints hold one pose while other joints move; elsewhere in the clip they move"
+    Defect Frozen "frozen" "s" 0.5 2.0 false "frames in which no joint moves, between frames in which the body moves"
+    Defect Gap "gap" "s" 0.5 2.0 false "some joints hold one pose while other joints move; in other frames, the held joints move too"
     Defect Doubled "doubled" "frames" 1.0 5.0 false "frames that repeat the previous frame while the body moves"
     Defect Dropped "dropped" "frames" 6.0 12.0 false "frames whose previous frame is missing"
     Defect Flip "flip" "flips" 1.0 4.0 false "a rotation of a limb or of the trunk jumps away and comes back"
@@ -115,7 +115,7 @@ impl DefectKind {
         let found = Self::ALL.iter().copied().find(|kind| kind.as_str() == name);
         found.ok_or_else(|| {
             let names = Self::ALL.iter().map(|kind| kind.as_str()).collect::<Vec<_>>();
-            Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is no kind of defect"))
+            Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is not a kind of defect"))
                 .expected_found(names.join(", "), name)
                 .into()
         })

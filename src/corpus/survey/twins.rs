@@ -20,7 +20,7 @@ use self::index::{Index, MOST_ALIGNED};
 pub(crate) use self::limbs::mirrored_row;
 use super::fingerprint::{Fingerprint, RATE};
 
-/// How a clip repeats another clip, the strongest reason first.
+/// The ways in which a clip can repeat another clip, the strongest reason first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reason {
     Bytes,
@@ -106,7 +106,7 @@ pub(super) fn members(clips: &[Candidate<'_>]) -> Vec<Option<Member>> {
     members
 }
 
-/// Like [`members`], for clips sorted by rank.
+/// The result of [`members`], for clips that are sorted by rank.
 fn ranked_members(clips: &[&Candidate<'_>]) -> Vec<Option<Member>> {
     // Copies of a file have equal bytes. Compare only one of them.
     let mut by_bytes: HashMap<(&str, &str), usize> = HashMap::new();

@@ -22,7 +22,7 @@ use sha2::{Digest, Sha256};
 
 use crate::at_root;
 use crate::cut;
-use crate::program::{MANIFEST, command};
+use crate::program::{Folder, MANIFEST, command};
 
 fn mocap(args: &[&str]) -> Command {
     let mut command = command(args);
@@ -269,7 +269,7 @@ fn progress_is_lines_of_json_for_programs() {
     assert_eq!(counts["bytes"], counts["bytes_done"]);
 }
 
-// Only on file systems that distinguish case.
+// This test runs only on file systems that distinguish upper and lower case.
 #[cfg(target_os = "linux")]
 #[test]
 fn inputs_that_claim_one_output_keep_their_extensions() {
@@ -485,4 +485,69 @@ fn foot_to_head(path: &Path) -> Vec3 {
     let pose = Pose::at_tick(&scene, clip, 0.0).unwrap();
     let at = |bone| pose.position(bones.joint(bone).unwrap());
     at(HumanoidBone::Head) - at(HumanoidBone::LeftFoot)
+}
+
+/// mocap reads the outputs of an earlier run if the user names their folder. It does not read the output folder of the
+/// same run, output folders inside the named folder, and outputs beside their sources.
+#[test]
+fn the_outputs_of_one_run_are_the_inputs_of_another() {
+    let folder = Folder::with(&["in/a.bvh", "in/b.bvh"]);
+    let outputs = |name: &str| {
+        let mut names: Vec<String> = fs::read_dir(folder.path(name))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| !name.starts_with("mocap-manifest"))
+            .collect();
+        names.sort();
+        names
+    };
+    folder.succeeds("convert in -o glb");
+    folder.succeeds("convert glb -o back --to bvh");
+    assert_eq!(outputs("back"), ["a.bvh", "b.bvh"]);
+    folder.succeeds("convert back -o again");
+    assert_eq!(outputs("again"), ["a.glb", "b.glb"]);
+    folder.write("moved/a.glb", &folder.read("glb/a.glb"));
+    folder.succeeds("convert moved -o of_moved --to bvh");
+    assert_eq!(outputs("of_moved"), ["a.bvh"]);
+    // mocap does not read outputs in the input folder: of the same run, of another run, or beside their source.
+    for (command, made) in [
+        ("convert in -o in/glb", "in/glb"),
+        ("convert in -o in/glb", "in/glb"),
+        ("convert in -o in/fbx --to fbx", "in/fbx"),
+        ("convert in/a.bvh", "in/fbx"),
+        ("convert in -o in/fbx --to fbx", "in/fbx"),
+    ] {
+        folder.succeeds(command);
+        assert_eq!(outputs(made).len(), 2, "{command}: {:?}", outputs(made));
+    }
+}
+
+/// If an output holds one clip, each clip of a file gets an output in a folder with the name of the file.
+#[test]
+fn each_clip_of_a_file_gets_an_output() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    for name in ["again/cmu_short.bvh", "in/cmu_short.bvh"] {
+        folder.write(name, &folder.read("cmu_short.bvh"));
+    }
+    folder.succeeds("retarget cmu_short.bvh again/cmu_short.bvh --character cmu_short.bvh -o in/two.gltf");
+    // Two names that differ only in case, and that would lead out of the folder.
+    let text = String::from_utf8(folder.read("in/two.gltf")).unwrap();
+    let renamed = text
+        .replace("\"cmu_short_2\"", "\"../Walk\"")
+        .replace("\"cmu_short\"", "\"../walk\"");
+    folder.write("in/two.gltf", renamed.as_bytes());
+    folder.succeeds("convert in -o out --to bvh --verify");
+    let names = ["out/cmu_short.bvh", "out/two/_walk.bvh", "out/two/_Walk-1.bvh"];
+    for name in names {
+        assert!(folder.path(name).is_file(), "{name}");
+    }
+    folder.succeeds("convert in/two.gltf alone.bvh --clip 1");
+    assert!(folder.read("alone.bvh") == folder.read(names[2]));
+    let resumed = folder.succeeds("convert in -o out --to bvh --verify --resume");
+    assert!(resumed.contains("3 done before"), "{resumed}");
+    // A chosen clip is the only one, and a format with several clips keeps them in one file.
+    folder.succeeds("convert in -o chosen --to bvh --clip 0");
+    assert!(folder.path("chosen/two.bvh").is_file() && !folder.path("chosen/two").exists());
+    folder.succeeds("convert in -o glb");
+    assert!(folder.path("glb/two.glb").is_file() && !folder.path("glb/two").exists());
 }

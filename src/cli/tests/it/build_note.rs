@@ -1,4 +1,4 @@
-//! The note of a slow command.
+//! Tests the note that an unoptimised build is slow.
 
 use mocap_cli::internals::note;
 

@@ -30,7 +30,7 @@ const PLATES: [[[f64; 3]; 3]; 3] = [
     ],
 ];
 
-/// The values of `tools/markers/plates.py` for plates of type 5, 6 and 7 at this sample.
+/// The values of `tools/markers/plates.py` for plates of type 5, 6 and 7 at sample 40.
 const PLANTED: [[[f64; 3]; 3]; 3] = [
     [
         [-57.85903, -33.69977, 779.14866],
@@ -81,7 +81,7 @@ fn plates_with_matrices_give_the_forces_that_were_put_in() {
     let scene = mocap::import(at_root("fixtures/made/plates_5_6_7.c3d")).unwrap();
     // The file has raw values of 1e5 in single precision.
     assert_forces(&TimeSeries::ground_forces(&scene).unwrap(), &PLANTED, 1e-3);
-    // Without its matrix, such a plate has no forces.
+    // A plate of type 5, 6 or 7 without its matrix has no forces.
     let mut bytes = std::fs::read(at_root("fixtures/made/plates_5_6_7.c3d")).unwrap();
     let name = bytes.windows(10).position(|window| window == b"CAL_MATRIX").unwrap();
     bytes[name] = b'X';
@@ -215,7 +215,7 @@ fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
     folder.refuses("analog w.bvh -o a.csv", 1, "no analog channels");
 }
 
-/// One line reports gaps, for any number of markers with gaps.
+/// The command reports gaps in one line, for any number of markers with gaps.
 #[test]
 fn gaps_of_markers_are_one_line_of_every_command() {
     let folder = Folder::with(&[]);

@@ -1,4 +1,4 @@
-//! `convert` against `Conversion`.
+//! Tests that `mocap convert` gives the bytes of the library's `Conversion`.
 
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::gltf::GltfOptions;

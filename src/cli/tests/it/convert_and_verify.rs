@@ -397,12 +397,12 @@ fn arrays_are_outputs_like_any_other() {
             "convert takes/b.bvh c.csv --to amass",
             "written to a file that ends in .npz",
         ),
-        ("convert takes/b.bvh c.pkl", "name the robot of the input in --body"),
+        ("convert takes/b.bvh c.pkl", "name this robot in --body"),
         (
             "convert takes/b.bvh c.npz --to amass --verify",
             "--verify compares joints by their names",
         ),
-        ("convert takes other.bvh -o c.npz", "need a folder"),
+        ("convert takes other.bvh -o c.npz", "need an output folder"),
     ] {
         folder.refuses(arguments, 2, said);
     }

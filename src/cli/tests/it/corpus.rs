@@ -86,7 +86,7 @@ fn expressions_say_where_they_are_wrong() {
         ("file = 'x", "has no end"),
         ("", "ends too early"),
         ("skate ~ 1", "column 7"),
-        ("<", "is no column"),
+        ("<", "is not a column"),
         (
             "verdict == good and !twin",
             "did you mean \"verdict = good and not twin\"?",
@@ -370,9 +370,12 @@ fn a_survey_is_a_job() {
         ),
         (
             serde_json::json!({"survey": {"threshold": ["skid=1"]}}),
-            "no kind of defect",
+            "is not a kind of defect",
         ),
-        (serde_json::json!({"write": {"output": "rows.xyz"}}), "no such format"),
+        (
+            serde_json::json!({"write": {"output": "rows.xyz"}}),
+            "cannot be written in this format",
+        ),
     ] {
         let error = job(more).unwrap().run().unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
@@ -432,7 +435,8 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
     assert_eq!(corpus.rows().filter(|row| row.twin).count(), 4);
 }
 
-/// A walk has more than one step in 1.2 s, so its other parts and other walks differ. In 0.6 s they may not.
+/// In 1.2 s, a walk has more than one step, so different parts of it differ, and so do two walks. In 0.6 s, they may be
+/// alike.
 #[test]
 fn short_clips_are_compared_as_a_whole() {
     let other = "motionbuilder_vicon_walk.bvh";
@@ -468,7 +472,8 @@ fn short_clips_are_compared_as_a_whole() {
     let said = folder.succeeds("survey short -o rows.csv --split 0.5,0.5 --force");
     assert!(!said.contains("identical files"), "{said}");
     // A shorter clip is not compared, and the survey says so.
-    let note = "2 clips of at most 0.9 s: of these, only identical files are near-duplicates";
+    let note =
+        "2 clips not longer than 0.9 s: such short clips count as near-duplicates only if their files are identical";
     let summary = String::from_utf8(folder.run("survey tiny").stdout).unwrap();
     assert!(
         summary.contains(&format!("near-duplicates: 0 clips\n  {note}\n")),
@@ -510,12 +515,25 @@ fn a_pose_file_is_not_selected() {
 }
 
 #[test]
+fn a_missing_folder_is_no_clip() {
+    Folder::with(&[]).refuses(
+        "survey nofolder",
+        1,
+        "nofolder: error[io]: the file or folder does not exist",
+    );
+}
+
+#[test]
 fn the_table_of_a_survey_is_not_a_motion() {
     let folder = Folder::of_real(&[WALK]);
     folder.succeeds(&format!("survey {WALK} -o rows.csv"));
     for command in ["convert rows.csv out.bvh", "survey rows.csv"] {
         folder.refuses(command, 1, "the table of a survey is not a motion");
-        folder.refuses(command, 1, "only as .jsonl: write it with --output rows.jsonl");
+        folder.refuses(
+            command,
+            1,
+            "can only read .jsonl tables again: write such a table with --output rows.jsonl",
+        );
     }
 }
 

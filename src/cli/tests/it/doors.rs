@@ -237,11 +237,11 @@ const HEAD: &str = "# Commands and languages by output format
 The first table shows which commands and calls write which outputs. A number refers to the message of a refusal.
 `MOCAP_WRITE=1 cargo test --features meshopt --test it doors` runs each cell, and writes this page.
 
-Each combination marked \"yes\" can also run as a job. The job that `--print-job` prints gives the same bytes in every
-language:
+Each combination marked \"yes\" can also run as a job: the command with its options, as JSON. `--print-job` prints
+this job. In every language, the job gives the same bytes:
 
-- `mocap run`, `mocap.run` in Python and `mocap_run` in C read files.
-- `run` in JavaScript has the files in memory.
+- `mocap run`, `mocap.run` in Python and `mocap_run` in C read the input files from the disk.
+- `run` in JavaScript reads the input files from memory.
 
 Python's `mocap.convert` writes the same formats as the command `convert`. `--compress meshopt` and `meshopt-khr` need
 the feature `meshopt`.
@@ -340,9 +340,9 @@ const DECLARED: [&str; 4] = [
 /// The table of [`CALLS`].
 fn calls() -> String {
     let mut text = "\n## Commands in other languages\n\n\
-        These calls do the work of a command in other languages. `run` executes a job. A job has the options of `convert`,\n\
-        `retarget`, `robot`, `edit`, `clean`, surveys and graphs. If a job reads a file with the option `joints` or `markers`,\n\
-        it computes a skeleton, like `mocap solve`. The Rust library has all of these functions.\n\n\
+        The table lists the calls that do the same as a command in other languages. `run` executes a job. A job has the options\n\
+        of `convert`, `retarget`, `robot`, `edit`, `clean`, surveys and graphs. If a job reads a file with the option `joints`\n\
+        or `markers`, it computes a skeleton, like `mocap solve`. The Rust library has all of these functions.\n\n\
         | command | Python | C and C++ | JavaScript | agents |\n|---|---|---|---|---|\n"
         .to_owned();
     for (command, cells) in CALLS {

@@ -140,7 +140,7 @@ fn failures_are_told_as_they_happen() {
     let (before, _) = said.split_once("1 of 26 files converted").unwrap();
     assert_eq!(before.matches("error: in/").count(), 20, "{said}");
     assert!(
-        before.contains("further files that fail are listed in the manifest alone"),
+        before.contains("more files failed; the manifest lists all of them"),
         "{said}"
     );
     let folder = Folder::with(&[]);
@@ -267,11 +267,11 @@ fn a_statement_that_the_file_contradicts_is_questioned() {
 fn a_folder_with_several_units_is_a_warning() {
     let (cmu, cm) = ("cmu_12_01_walk.bvh", "mocopi_jump_six_channels.bvh");
     let folder = Folder::of_real(&[cmu, cm, "perception_neuron_moving_positions.bvh"]);
-    let warning = "warning: positions keep the unit of each file: cm in 2 files, cmu in 1 file; --out-unit m makes them \
-                   equal";
+    let warning = "warning: positions keep the unit of each file: cm in 2 files, cmu in 1 file; --out-unit m writes all \
+                   positions in metres";
     for (command, warns) in [
         ("convert *.bvh -o npz/ --to npz", true),
-        // The files of a former run count too.
+        // The files of an earlier run also count.
         ("convert *.bvh -o npz/ --to npz --resume", true),
         ("convert *.bvh -o bvh/ --to bvh", true),
         ("convert *.bvh -o metres/ --to npz --out-unit m", false),
@@ -300,7 +300,10 @@ fn a_folder_of_frames_says_that_it_is_one_take() {
     );
     let said = folder.succeeds("convert frames take.glb --fps 30");
     assert!(said.contains("3 files are the frames 0, 1, 2 of one take"), "{said}");
-    assert!(said.contains("name a folder: --output FOLDER --to glb"), "{said}");
+    assert!(
+        said.contains("name an output folder: --output FOLDER --to glb"),
+        "{said}"
+    );
     let said = folder.succeeds("convert frames --output each --to glb");
     assert!(
         said.contains("3 of 3 files converted") && !said.contains("one take"),

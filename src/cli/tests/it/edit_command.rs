@@ -108,14 +108,17 @@ fn motions_are_joined_in_the_order_of_the_inputs() {
         "warp:speed=2",
     ]);
     assert!(found.status.success(), "{}", words(&found));
-    // Three of 523 frames that share two, at twice the speed.
+    // Three motions of 523 frames are joined at two frames that they share, and then played at twice the speed.
     assert_eq!(
         mocap::import(&output).unwrap().animations[0].frame_count(),
         (523usize * 3 - 2).div_ceil(2)
     );
 
     for (step, message) in [
-        ("concat:with=3", "the step concat takes motion 3, but there are only 1"),
+        (
+            "concat:with=3",
+            "the step concat uses the motion number 3, but the number of motions is 1",
+        ),
         ("shake", "there is no step \"shake\"; the steps are foot-lock, mirror,"),
         ("smoth", "there is no step \"smoth\"; did you mean smooth?"),
         ("smooth:cutoff=8", "has no key \"cutoff\"; did you mean cut-off?"),
@@ -285,7 +288,7 @@ fn steps_that_were_recorded_as_text_are_verified() {
 fn bones_of_a_map_are_used_and_recorded() {
     let (_folder, path) = folder();
     let (walk, output, map) = (real("cmu_12_01_walk.bvh"), path("walk.glb"), path("map.json"));
-    // The tips of the toes touch the ground, not their joints.
+    // The tips of the toes touch the ground. The joints of the toes do not.
     let tips = r#"{"bones": {"leftToes": "EndSite_LeftToeBase", "rightToes": "EndSite_RightToeBase"}}"#;
     std::fs::write(&map, tips).unwrap();
     let plain = path("plain.glb");

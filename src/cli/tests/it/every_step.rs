@@ -46,7 +46,7 @@ fn every_step_is_the_same_on_the_command_line_in_a_job_and_in_the_library() {
             "edit {} -o line.bvh --force --quiet --step {step}",
             inputs.join(" ")
         ));
-        // The command line does this by default.
+        // By default, the command line drops a rest pose in the first frame. A job has to state it.
         let source = json!({"inputs": [MOTION], "with": others, "frames": {"drop-first-frame": "auto"}});
         let job = json!({"source": source, "steps": [step], "write": {"output": "job.bvh", "force": true}});
         folder.write("job.json", job.to_string().as_bytes());

@@ -82,8 +82,8 @@ const CASES: &[Case] = &[
     moves("score IN w.npz --robot robot.urdf", "", ""),
 ];
 
-/// Commands that do not read the table's motion. `solve` is `convert` for positions, `mcp` serves the others, `analog`
-/// and `forces` read C3D alone, and `record` and `bridge` listen to a network.
+/// Commands that do not read the table's motion. `solve` is `convert` for positions, and `mcp` offers the other
+/// commands as tools. `analog` and `forces` only read C3D, and `record` and `bridge` listen to a network.
 const OTHERS: &[&str] = &[
     "analog",
     "bridge",

@@ -32,7 +32,7 @@ fn every_command_takes_the_options_of_fbx() {
             "{command} --target motionbuilder --fbx-version 7.4 --fbx-rest pre-rotation --max-error 2mm"
         ));
         assert!(
-            words.contains(" curves, 1.") && words.contains(" mm at most"),
+            words.contains(" curves; error 1.") && words.contains(" mm at most"),
             "{words}"
         );
         let bytes = folder.read("out.fbx");

@@ -53,7 +53,7 @@ fn graphs_and_walks_are_jobs() {
     folder.succeeds(graph);
     let (text, picture) = (folder.read("graph.json"), folder.read("matrix.png"));
     print(graph);
-    folder.refuses("run job.json --dry-run", 2, "a graph changes nothing");
+    folder.refuses("run job.json --dry-run", 2, "this job makes a graph");
     folder.succeeds("run job.json --force");
     assert!(folder.read("graph.json") == text && folder.read("matrix.png") == picture);
 

@@ -19,7 +19,8 @@ fn rows(folder: &Folder, name: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// With one such link, a wildcard search once found the file by 41 paths. With two links it never ended.
+/// With one link to its own folder, a wildcard search once found the file by 41 paths. With two such links, the search
+/// never ended.
 #[test]
 fn a_link_to_its_own_folder_gives_no_output_twice() {
     let folder = Folder::with(&["in/a.bvh"]);
@@ -67,7 +68,7 @@ fn links_to_data_elsewhere_are_followed_once() {
     assert_eq!(rows(&folder, "out")[0].0, "a_link/b.bvh");
 }
 
-/// Only Linux allows such names.
+/// Only Linux allows names that are not UTF-8. Two of them look alike in a message.
 #[cfg(target_os = "linux")]
 #[test]
 fn names_that_look_alike_are_two_files() {

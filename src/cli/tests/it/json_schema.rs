@@ -1,6 +1,6 @@
 //! The output of `--json` of every command fits `docs/json.schema.json`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
@@ -107,6 +107,52 @@ fn the_published_schema_of_json_is_that_of_the_types() {
     }
     let command = "MOCAP_WRITE=1 cargo test -p mocap-cli --features parquet,schema json_schema writes it";
     assert!(fs::read_to_string(DOCUMENT).unwrap() == text, "{command}");
+}
+
+/// `MOCAP_WRITE=1` writes the table, and keeps its units. A person replaces the `?` of a new key by its unit.
+#[test]
+fn the_page_of_robot_reports_has_every_key() {
+    let path = at_root("docs/robots-report-keys.md");
+    let text = fs::read_to_string(&path).unwrap();
+    let (before, rest) = text.split_once("<!-- keys -->\n").unwrap();
+    let (rows, after) = rest.split_once("<!-- end of keys -->").unwrap();
+    let units: BTreeMap<&str, &str> = rows
+        .lines()
+        .filter_map(|row| row.strip_prefix("| `")?.split_once("` | "))
+        .map(|(key, rest)| (key, rest.split(" | ").next().unwrap()))
+        .collect();
+    let schema = published();
+    let mut table = "| key | unit | meaning |\n|---|---|---|\n".to_owned();
+    for (key, meaning) in keys_of(&schema["$defs"]["RobotReport"], &schema) {
+        let unit = units.get(key.as_str()).unwrap_or(&"?");
+        table += &format!("| `{key}` | {unit} | {meaning} |\n");
+    }
+    let expected = format!("{before}<!-- keys -->\n{table}<!-- end of keys -->{after}");
+    if std::env::var_os("MOCAP_WRITE").is_some() {
+        fs::write(&path, &expected).unwrap();
+    }
+    let command = "MOCAP_WRITE=1 cargo test -p mocap-cli --features parquet,schema json_schema writes it";
+    assert!(fs::read_to_string(&path).unwrap() == expected, "{path}: {command}");
+    assert!(!expected.contains("| ? |"), "{path}: a key has no unit");
+}
+
+/// The keys of an object and of the objects inside, each with its description: `limbs`, `limbs[].bone`.
+fn keys_of(object: &Value, schema: &Value) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for (name, property) in object["properties"].as_object().unwrap() {
+        found.push((name.clone(), property["description"].as_str().unwrap().to_owned()));
+        let inner = property.get("anyOf").map_or(property, |kinds| &kinds[0]);
+        let (inner, joint) = inner.get("items").map_or((inner, "."), |items| (items, "[]."));
+        let Some(pointer) = inner["$ref"].as_str() else {
+            continue;
+        };
+        let inner = schema.pointer(pointer.trim_start_matches('#')).unwrap();
+        if inner.get("properties").is_some() {
+            let inner = keys_of(inner, schema).into_iter();
+            found.extend(inner.map(|(key, meaning)| (format!("{name}{joint}{key}"), meaning)));
+        }
+    }
+    found
 }
 
 #[test]
@@ -225,8 +271,8 @@ fn check(schema: &Value, command: &str, value: &Value) {
     }
 }
 
-/// The violations of the schema by a value, for the keywords of our schema. An unknown property is a violation, so that
-/// the schema is complete.
+/// The first violation of the schema by a value, for the keywords of our schema. An unknown property is a violation:
+/// the test fails if the schema lacks a property.
 fn problem(schema: &Value, value: &Value, root: &Value) -> Option<String> {
     let Value::Object(keywords) = schema else {
         return (schema == &Value::Bool(false)).then(|| format!("{value} is not allowed"));

@@ -50,7 +50,7 @@ impl File {
         &self.buffers[number("buffer")][start..start + number("byteLength")]
     }
 
-    /// An accessor without the numbers of its views, and the bytes of those.
+    /// An accessor without the indices of its buffer views, and the bytes of these views.
     fn accessor(&self, index: &Value) -> Accessor {
         let mut accessor = self.json["accessors"][index.as_u64().unwrap() as usize].clone();
         let views = ["/bufferView", "/sparse/indices/bufferView", "/sparse/values/bufferView"];
@@ -357,7 +357,7 @@ fn what_cannot_be_kept_is_refused_and_dropped_by_choice() {
         let refused = run(&["convert", source.to_str().unwrap(), vrm.to_str().unwrap()]);
         assert_eq!(refused.status.code(), Some(1));
         assert!(
-            words(&refused).contains("a .vrm keeps the character of a VRM file"),
+            words(&refused).contains("a .vrm output needs the character of a VRM file"),
             "{}",
             words(&refused)
         );

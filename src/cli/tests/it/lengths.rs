@@ -109,7 +109,7 @@ fn a_large_error_is_questioned() {
         assert_eq!(said.contains("warning: --max-error "), is_questioned, "{bound}: {said}");
     }
     let said = words(&folder.run("verify lecture_Test.bvh 1m.glb --max-error 1m"));
-    assert!(said.contains("accepts joints that are 100 cm off"), "{said}");
+    assert!(said.contains("allows an error of 100 cm for each joint"), "{said}");
 }
 
 #[test]

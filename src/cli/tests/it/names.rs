@@ -39,7 +39,7 @@ fn the_program_takes_words_and_files() {
     folder.refuses(
         "retarget cmu_short.bvh hero.glb -o again.glb --names mixamo",
         2,
-        "--names has no effect on a character, whose file is passed through",
+        "--names has no effect on a character, because mocap keeps the contents of the character's file",
     );
     folder.write("bad.json", b"{\"bones\": {\"hips\": \"A\",\n\"shin\": \"B\"}}");
     folder.refuses("convert cmu_short.bvh b.bvh --names bad.json", 2, "line 2 column");

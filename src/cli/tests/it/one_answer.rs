@@ -56,7 +56,7 @@ const GROUNDS: [&str; 29] = [
     "characters/arnaud.fbx",
 ];
 
-/// Long takes among these, whose first frames are also separate files.
+/// Long takes of [`GROUNDS`]. The test also writes the first frames of each take as a file.
 const BEGINNINGS: [&str; 11] = [
     "real/cmu_01_01.bvh",
     "real/cmu_12_01_walk.bvh",
@@ -125,7 +125,7 @@ fn ten_commands_have_one_ground() {
     /// A written file has rounded numbers.
     const WRITTEN: f64 = 1e-3;
     const SAME: f64 = 1e-4;
-    /// The test tries one of this number of files.
+    /// The stride between the tried files.
     const PARTS: usize = 8;
     let whole = GROUNDS.map(|file| (file, None));
     let beginnings = BEGINNINGS.map(|file| (file, Some(FRAMES / 2)));

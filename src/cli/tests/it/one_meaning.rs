@@ -11,8 +11,49 @@ const DOCUMENTS: [&str; 2] = ["../../docs/options.md", "../../docs/options-of-on
 /// Options whose values intentionally differ between commands, with reasons.
 const DIFFERENT: [(&str, &str); 1] = [(
     "threshold",
-    "how much is too much: the distance of two poses, or the size of a defect",
+    "`graph`: the largest distance of two similar poses. `survey`: the size from which a defect counts",
 )];
+
+/// The meaning of options whose help texts differ between commands.
+const MEANINGS: [(&str, &str); 13] = [
+    (
+        "clean",
+        "Remove noise. `record` cleans the whole recording, as `mocap clean` does",
+    ),
+    ("json", "Print the result as JSON"),
+    (
+        "max-error",
+        "Largest distance of a joint from its position in the source, such as 1mm. A writing command removes keys and bits within this distance",
+    ),
+    ("output", "The file to write"),
+    ("path", "The path over the ground, through these points in metres"),
+    (
+        "rate",
+        "Frames per second of the comparison, of the playback, or of the GIF",
+    ),
+    (
+        "report",
+        "Write a report to this file: `robot` a .parquet table with a row for each motion, `clean` JSON",
+    ),
+    (
+        "resume",
+        "Skip unchanged inputs that an earlier run has processed with the same options",
+    ),
+    (
+        "root-motion",
+        "Move the horizontal translation and the heading of the figure to a joint above the hips",
+    ),
+    ("seconds", "Duration of the walk or of the recording, in seconds"),
+    ("trim", "Part to keep or to show, both ends included"),
+    (
+        "where",
+        "Use only the clips for which this is true, such as \"skate < 1 and not twin\"",
+    ),
+    (
+        "with",
+        "A second motion, which a step joins, blends or layers with the input",
+    ),
+];
 
 /// Positional arguments that are neither inputs nor outputs.
 const OTHERS: [(&str, &str); 4] = [
@@ -131,14 +172,14 @@ fn an_option_takes_the_same_value_in_every_command() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A longer list of commands is replaced by the number of its group.
+/// The largest number of commands in a list. A longer list is replaced by the number of its group.
 const LONGEST_LIST: usize = 6;
 
 const SHARED: &str = "# Options
 
-Each option that several commands have, with its value. An option has one meaning: where several commands have it, it
-takes the same value in each. [Options of one command](options-of-one-command.md) has the others. A number in the
-column of commands is the number of a group:
+This page lists the options that several commands have. An option takes the same values in all of its commands, except
+`--threshold`. [Options of one command](options-of-one-command.md) lists the other options. In the column of
+commands, a number is the number of a group in this list:
 
 | group | commands |
 |---|---|
@@ -146,7 +187,8 @@ column of commands is the number of a group:
 
 const OWN: &str = "# Options of one command
 
-The options that only one command has. [Options](options.md) lists the options that several commands share.
+This page lists the options that only one command has. [Options](options.md) lists the options that several commands
+have.
 
 | command | option | value | meaning |
 |---|---|---|---|
@@ -159,8 +201,8 @@ fn pages() -> [String; 2] {
         if option == "help" || option == "version" {
             continue;
         }
-        let different = DIFFERENT.iter().find(|(known, _)| *known == option);
-        let meaning = different.map_or_else(|| in_short(&uses[0].help), |(_, why)| (*why).to_owned());
+        let common = DIFFERENT.iter().chain(&MEANINGS).find(|(known, _)| *known == option);
+        let meaning = common.map_or_else(|| in_short(&uses[0].help), |(_, meaning)| (*meaning).to_owned());
         let mut values: Vec<&str> = uses.iter().map(|one| one.value.as_str()).collect();
         values.sort_unstable();
         values.dedup();

@@ -15,7 +15,7 @@ use crate::program::Folder;
 const FILE: &str = "fixtures/skeletons/animics_all_along_z.bvh";
 const PART: std::ops::Range<usize> = 36..56;
 
-/// The largest difference in the law of cuts, in degrees.
+/// The largest angle, in degrees, between a part of a motion and the same part in the whole motion.
 const LAW: f32 = 2.0;
 
 /// A folder with the whole motion, the part, and a character.

@@ -64,7 +64,7 @@ fn unit_and_up_are_those_of_the_input_in_every_command() {
         (&shown["unit"]["name"], &shown["up"]["value"]),
         (&"inch".into(), &"z".into())
     );
-    assert_eq!(shown["up"]["reason"], "--up says so");
+    assert_eq!(shown["up"]["reason"], "--up states it");
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
         let lines = |words: &str| {
             let kept = words
                 .lines()
-                .filter(|line| !line.ends_with(": replaced; mocap wrote the earlier file"));
+                .filter(|line| !line.ends_with(": replaced an earlier output of mocap"));
             let same = kept.map(|line| {
                 line.rsplit_once(", ")
                     .filter(|(_, end)| end.ends_with(" bytes"))
@@ -182,7 +182,11 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
             .to_owned()
     };
     assert_ne!(unit(""), unit(" --map short.json"));
-    folder.refuses("convert cmu_short.bvh new.glb --map none.json", 2, "No such file");
+    folder.refuses(
+        "convert cmu_short.bvh new.glb --map none.json",
+        2,
+        "the file or folder does not exist",
+    );
     std::fs::write(folder.path("empty.json"), "{}").unwrap();
     folder.refuses(
         "convert cmu_short.bvh new.glb --map empty.json",
@@ -197,7 +201,7 @@ fn an_option_that_would_do_nothing_is_refused() {
     let bvh = "lecture_Test.bvh new.bvh";
     let glb = "lecture_Test.bvh new.glb";
     for (arguments, option, advice) in [
-        (format!("convert {glb} --to glb"), "--to", "the name of the output"),
+        (format!("convert {glb} --to glb"), "--to", "the extension of the output"),
         (format!("convert {glb} --shard 1/2"), "--shard", "-o FOLDER"),
         (format!("convert {glb} --allow-empty"), "--allow-empty", "-o FOLDER"),
         (format!("convert {glb} --progress none"), "--progress", "-o FOLDER"),

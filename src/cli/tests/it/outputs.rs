@@ -366,7 +366,7 @@ fn merging_manifests_removes_no_other_file() {
     assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
 }
 
-/// Works as in other commands. No folder with the name of a file is created.
+/// The option `-o` works as in other commands: it does not make a folder with the name of the file.
 #[test]
 fn the_output_of_one_file_may_follow_o() {
     let folder = Folder::with(&["in/a.bvh", "in/b.bvh"]);
@@ -379,7 +379,7 @@ fn the_output_of_one_file_may_follow_o() {
         "convert in/a.bvh in/b.bvh -o all.glb",
         "convert in/*.bvh -o all.glb",
     ] {
-        folder.refuses(several, 2, "all.glb: the outputs of several inputs need a folder");
+        folder.refuses(several, 2, "all.glb: several inputs need an output folder");
     }
     folder.refuses("convert in/a.bvh -o two.glb --resume", 2, "--resume");
     folder.refuses(

@@ -1,5 +1,6 @@
-//! A second run of a command replaces the outputs of the first run, because the record lists them. This works for
-//! formats without a mark of the writer too. The second run never replaces other files, or outputs that were changed.
+//! A second run of a command replaces the outputs of the first run, because the record lists them. The formats of these
+//! outputs need not name the program that wrote them. The second run never replaces other files, or outputs that were
+//! changed.
 
 use std::fs;
 use std::process::Output;
@@ -48,14 +49,11 @@ fn refuses(folder: &Folder, arguments: &str, name: &str, why: &str) {
 /// change, the output is not replaced.
 fn can_be_run_again(folder: &Folder, first: &str, second: &str, name: &str) {
     let said = succeeds(folder, first);
-    assert!(
-        !said.contains("replaced; mocap wrote the earlier file"),
-        "{first}: {said}"
-    );
+    assert!(!said.contains("replaced an earlier output of mocap"), "{first}: {said}");
     let made = folder.read(name);
     let said = succeeds(folder, second);
     assert!(
-        said.contains(&format!("{name}: replaced; mocap wrote the earlier file\n")),
+        said.contains(&format!("{name}: replaced an earlier output of mocap\n")),
         "{second}: {said}"
     );
     let again = folder.read(name);
@@ -72,7 +70,6 @@ fn every_format_is_replaced_by_the_command_that_wrote_it() {
     let folder = folder();
     let formats = FormatInfo::ALL.iter().filter(|format| format.writes());
     for extension in formats.flat_map(|format| format.extensions) {
-        // A character without skins is a skeleton.
         let name = format!("made.{extension}");
         let convert = format!("convert walk.bvh {name}");
         can_be_run_again(&folder, &convert, &format!("{convert} --trim 0f..3f"), &name);
@@ -82,7 +79,7 @@ fn every_format_is_replaced_by_the_command_that_wrote_it() {
     }
 }
 
-/// Pictures, pages, tables and reports, which do not state who wrote them.
+/// Pictures, pages, tables and reports do not name the program that wrote them.
 #[test]
 fn a_picture_a_page_or_a_report_of_somebody_else_is_not_replaced() {
     let folder = folder();
@@ -149,7 +146,7 @@ fn heroes_are_replaced_by_the_commands_that_wrote_them() {
 }
 
 /// A command records the new file, and may be killed before the rename. The earlier file came from another computer, so
-/// only its mark names the writer.
+/// this computer has no record of the file. Only the note inside the file names mocap as its writer.
 #[test]
 fn an_earlier_output_stays_known_where_a_command_is_killed() {
     let elsewhere = folder();
@@ -167,7 +164,7 @@ fn an_earlier_output_stays_known_where_a_command_is_killed() {
     restore();
     succeeds(&folder, trimmed);
     assert!(folder.read("walk.bin") == made);
-    // A file with a mark is not recorded, for any options.
+    // A file that names its writer is not recorded, whatever the options are.
     for trim in ["", " --trim 0f..3f", " --trim 0f..4f", ""] {
         succeeds(&folder, &format!("fk walk.bvh -o walk.npz{trim}"));
     }
@@ -241,14 +238,11 @@ fn a_folder_says_how_many_files_it_replaced() {
     assert!(!said.contains("replaced"), "{said}");
     fs::remove_file(folder.path("out/mocap-manifest.jsonl")).unwrap();
     let said = succeeds(&folder, "convert in -o out --to bvh --digits 3");
-    assert!(
-        said.contains("5 files replaced; mocap wrote the earlier files\n"),
-        "{said}"
-    );
+    assert!(said.contains("replaced 5 earlier outputs of mocap\n"), "{said}");
     assert!(!succeeds(&folder, "convert in -o out --to bvh -q").contains("replaced"));
-    // A single output.
+    // The command writes a single output file.
     let said = succeeds(&folder, "convert in/a.bvh out/a.bvh --digits 2");
-    assert!(said.contains("a.bvh: replaced; mocap wrote the earlier file"), "{said}");
+    assert!(said.contains("a.bvh: replaced an earlier output of mocap"), "{said}");
     folder.write("out/b.bvh", b"changed");
     let output = run(&folder, "convert in -o out --to bvh --digits 4");
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
@@ -263,7 +257,7 @@ fn files_beside_an_output_are_replaced_with_it() {
     let said = succeeds(&folder, "convert walk.bvh out.gltf --trim 0f..3f");
     for name in ["out.gltf", "out.bin"] {
         assert!(
-            said.contains(&format!("{name}: replaced; mocap wrote the earlier file\n")),
+            said.contains(&format!("{name}: replaced an earlier output of mocap\n")),
             "{said}"
         );
     }
@@ -272,7 +266,7 @@ fn files_beside_an_output_are_replaced_with_it() {
     fs::remove_file(folder.path("alone.gltf")).unwrap();
     let said = succeeds(&folder, "convert walk.bvh alone.gltf --trim 0f..3f");
     assert!(
-        said.contains("alone.bin: replaced; mocap wrote the earlier file"),
+        said.contains("alone.bin: replaced an earlier output of mocap"),
         "{said}"
     );
 }
@@ -299,7 +293,7 @@ fn a_record_that_cannot_be_used_stops_nothing() {
     let text = String::from_utf8_lossy(&text);
     assert!(text.lines().last().unwrap().contains("out.bvh"), "{text}");
     let said = succeeds(&folder, "convert walk.bvh out.bvh --digits 3");
-    assert!(said.contains("replaced; mocap wrote the earlier file"), "{said}");
+    assert!(said.contains("replaced an earlier output of mocap"), "{said}");
 
     fs::remove_file(folder.path(file)).unwrap();
     let made = std::process::Command::new("mkfifo").arg(folder.path(file)).status();
@@ -347,7 +341,8 @@ fn the_record_is_the_users_alone() {
     }
 }
 
-/// Pipes, devices and files with a mark are not recorded. A line names the input and the output.
+/// Pipes, devices, and files that name their writer are not recorded. A line of the record names the input and the
+/// output.
 #[test]
 fn the_record_has_a_line_of_each_output_that_needs_it() {
     let folder = folder();

@@ -76,7 +76,7 @@ fn a_table_of_rows_for_each_joint_is_a_dataset_too() {
     assert!(card.contains("| `ex` | float32 | degree | rotation |"), "{card}");
     assert!(card.contains("right-handed, with +Z up"), "{card}");
     assert!(card.contains("license: unknown"), "{card}");
-    // What mocap.toml states is on the card.
+    // The card shows the statements of mocap.toml.
     folder.write(
         "takes/walks/mocap.toml",
         b"licence = \"CC-BY-4.0\"\n[files.\"b*\"]\nperson = \"Anna\"\n",
@@ -94,7 +94,7 @@ fn what_is_there_stays_as_it_is() {
     folder.refuses(
         "pack takes -o mine --to hf",
         1,
-        "notes.txt: error[output-exists]: the output would replace its folder, and mocap has no record of this file",
+        "notes.txt: error[output-exists]: the output would replace the folder of this file, and mocap has no record of the file",
     );
     folder.refuses(
         "pack takes -o cmu_short.bvh --to hf",
@@ -145,7 +145,7 @@ fn an_earlier_dataset_is_replaced_where_nobody_changed_it() {
     let output = folder.run("pack takes/a.bvh -o out --to hf --license cc0-1.0");
     assert!(output.status.success(), "{output:?}");
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("out: replaced; mocap wrote the earlier file"), "{told}");
+    assert!(told.contains("out: replaced an earlier output of mocap"), "{told}");
     assert_eq!(
         names(&folder, "out"),
         ["README.md", "data"],

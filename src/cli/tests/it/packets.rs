@@ -1,4 +1,4 @@
-//! Waiting packets.
+//! Tests the queue of packets that wait to be sent.
 
 use std::net::UdpSocket;
 use std::sync::Arc;

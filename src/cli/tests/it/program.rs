@@ -45,7 +45,7 @@ pub(crate) fn words(output: &Output) -> String {
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    /// With copies of real captures under their names.
+    /// A folder with copies of real captures, under the names of the captures.
     pub(crate) fn of_real(names: &[&str]) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         for name in names {
@@ -57,7 +57,7 @@ impl Folder {
         folder
     }
 
-    /// With copies of two real captures under these names, in turns.
+    /// A folder with files of these names: copies of two real captures in turn.
     pub(crate) fn with(names: &[&str]) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         for (index, name) in names.iter().enumerate() {
@@ -83,7 +83,7 @@ impl Folder {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// All files, also in folders below, with what they hold.
+    /// All files with their contents, including files in subfolders.
     pub(crate) fn contents(&self) -> Vec<(PathBuf, Vec<u8>)> {
         let mut contents = Vec::new();
         let mut folders = vec![self.0.path().to_owned()];
@@ -135,7 +135,7 @@ impl Folder {
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
-    /// Checks that a command ends with `status`, says `reason`, and changes no file.
+    /// Checks that a command ends with `status`, prints `reason`, and changes no file.
     pub(crate) fn refuses(&self, arguments: &str, status: i32, reason: &str) {
         let before = self.contents();
         let output = self.run(arguments);

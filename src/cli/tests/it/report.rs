@@ -1,4 +1,4 @@
-//! Control characters of a file.
+//! Tests that control characters of a file are escaped in reports.
 
 use std::io::Write;
 
@@ -29,7 +29,7 @@ fn a_terminal_gets_no_control_characters() {
     }
 }
 
-/// JSON with these escapes is the same value.
+/// JSON with escaped control characters has the same value as without escapes.
 #[test]
 fn json_keeps_its_value() {
     let steering: String = ('\u{0}'..='\u{2100}').chain(['\u{feff}', '😀']).collect();

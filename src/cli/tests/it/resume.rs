@@ -225,7 +225,7 @@ fn pack_keeps_whole_parts_and_numbers_them_with_care() {
         let lines: String = records.iter().map(line).collect();
         folder.write(&format!("out/{MANIFEST}"), lines.as_bytes());
     };
-    // Cut off.
+    // An output that is cut off.
     folder.write("out/part-00000.parquet", &whole[..100]);
     let words = folder.succeeds("pack in -o out --resume --force");
     assert!(words.contains("2 of 2 files packed, 0 done before"), "{words}");
@@ -273,4 +273,39 @@ fn pack_keeps_whole_parts_and_numbers_them_with_care() {
             .skip(1)
             .for_each(|part| fs::remove_file(folder.path("out").join(part)).unwrap());
     }
+}
+
+/// A killed survey leaves the rows of the examined files in `rows.jsonl.part`, the last of them cut off.
+#[test]
+fn a_killed_survey_continues_with_the_rows_of_its_part() {
+    let names = ["in/a.bvh", "in/b.bvh", "in/c.bvh", "in/d.bvh"];
+    let folder = Folder::with(&names);
+    folder.succeeds("survey in -o rows.jsonl");
+    let whole = String::from_utf8(folder.read("rows.jsonl")).unwrap();
+    assert!(!folder.path("rows.jsonl.part").exists());
+    // A mark shows which rows come from the part.
+    let marked = whole.replace("\"joints\":31", "\"joints\":77");
+    let marks = whole.matches("\"joints\":31").count();
+    assert_eq!(marks, 2);
+    for bytes in [0, 5, marked.len() / 3, 2 * marked.len() / 3, marked.len()] {
+        let part = &marked[..bytes];
+        fs::remove_file(folder.path("rows.jsonl")).unwrap();
+        folder.write("rows.jsonl.part", part.as_bytes());
+        folder.succeeds("survey in -o rows.jsonl --resume");
+        let found = String::from_utf8(folder.read("rows.jsonl")).unwrap();
+        let kept = part.lines().filter(|line| marked.lines().any(|row| row == *line));
+        let expected: usize = kept.map(|line| line.matches("\"joints\":77").count()).sum();
+        assert_eq!(found.matches("\"joints\":77").count(), expected, "{bytes} bytes");
+        assert_eq!(found.replace("\"joints\":77", "\"joints\":31"), whole);
+        assert!(!folder.path("rows.jsonl.part").exists());
+    }
+    // Without --resume, no row comes from the part.
+    folder.write("rows.jsonl.part", marked.as_bytes());
+    folder.succeeds("survey in -o rows.jsonl");
+    assert_eq!(folder.read("rows.jsonl"), whole.as_bytes());
+    // A file of the user with this name stays.
+    folder.write("rows.jsonl.part", b"notes of mine\n");
+    let words = folder.ends_with(1, "survey in -o rows.jsonl --resume");
+    assert!(words.contains("rows.jsonl.part"), "{words}");
+    assert_eq!(folder.read("rows.jsonl.part"), b"notes of mine\n");
 }

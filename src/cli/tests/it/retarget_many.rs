@@ -7,7 +7,8 @@ use serde_json::Value;
 use crate::at_root;
 use crate::program::Folder;
 
-/// Two motions with different skeletons, because motions of one skeleton share its T-pose, and a character.
+/// A character, and two motions. The motions have different skeletons, because motions of one skeleton would share a
+/// T-pose.
 fn folder() -> Folder {
     let folder = Folder::with(&[]);
     let short = fs::read_to_string(at_root("fixtures/real/cmu_short.bvh")).unwrap();
@@ -118,7 +119,7 @@ fn the_largest_angle_counts_also_for_motions_that_were_done_before() {
     let said = folder.ends_with(1, &format!("{COMMAND} --resume --max-angle 0"));
     assert!(said.contains("2 done before"), "{said}");
     assert!(
-        said.contains("2 of 2 clips are farther off than --max-angle allows"),
+        said.contains("2 of 2 clips have larger errors than --max-angle allows"),
         "{said}"
     );
     folder.succeeds(&format!("{COMMAND} --resume --max-angle 179"));
@@ -179,7 +180,10 @@ fn what_cannot_be_done_for_many_is_refused() {
         "retarget in/a.bvh in/hero.gltf -o out.gltf --resume",
         "--resume would do nothing",
     );
-    refused(&format!("{COMMAND} --json"), "for many, see the manifest in the folder");
+    refused(
+        &format!("{COMMAND} --json"),
+        "the manifest in the folder has the reports of many outputs",
+    );
     refused(&format!("{COMMAND} --to glb"), "--to: the format must be .gltf");
     refused(
         &format!("{COMMAND} --to fbx --textures beside"),

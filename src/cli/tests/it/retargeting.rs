@@ -1,4 +1,4 @@
-//! `retarget` and `robot` against `Retargeter`.
+//! Tests that `mocap retarget` and `mocap robot` give the bytes of the library's `Retargeter`.
 
 use mocap::Importer;
 use mocap::gltf::Character;

@@ -69,7 +69,7 @@ fn what_is_said_of_one_motion_is_what_was_found() {
     let said = folder.ends_with(1, command);
     assert!(
         said.contains("a: poor, not feasible in ")
-            && said.contains("error: a: the motion is poor, which --require refuses"),
+            && said.contains("error: a: --require refuses the motion: its verdict is poor"),
         "{said}"
     );
     assert!(
@@ -88,7 +88,7 @@ fn what_is_said_of_one_motion_is_what_was_found() {
     assert!(said.contains("a: fair because fraction infeasible is "), "{said}");
     let said = folder.ends_with(1, &format!("{} --force", command.replace("good", "feasible")));
     assert!(
-        said.contains("error: a: the motion is not feasible in ") && said.contains(", which --require refuses"),
+        said.contains("error: a: --require refuses the motion: not feasible in "),
         "{said}"
     );
     without_shapes(&folder);

@@ -38,7 +38,7 @@ fn the_json_has_the_t_pose_beside_the_figure() {
 #[test]
 fn an_explanation_of_a_refusal_ends_with_its_reason() {
     let dog = std::fs::read_to_string("../../fixtures/real/cmu_short.bvh").unwrap();
-    // Feet with the names of paws.
+    // The feet get the names of paws.
     let dog = dog.replace("LeftFoot", "LeftPaw").replace("RightFoot", "RightPaw");
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("dog.bvh");

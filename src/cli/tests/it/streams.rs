@@ -222,7 +222,7 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
     let named = ["convert", "fixtures/real/lecture_Test.bvh", written.to_str().unwrap()];
     assert!(mocap_with_input(&named, walk).status.success());
     assert_eq!(file, fs::read(written).unwrap());
-    // The same bytes as in a file.
+    // Standard output gets the bytes that a file would have.
     let written = folder.path().join("moved.glb");
     let retarget = |output| mocap_with_input(&["retarget", captured, character, "-o", output], walk);
     assert!(retarget(written.to_str().unwrap()).status.success());
@@ -327,7 +327,11 @@ fn a_device_or_a_pipe_is_an_output_and_no_folder() {
     folder.refuses("convert cmu_short.bvh -o /dev/null --to gltf", 2, "pipe or a device");
     folder.succeeds("convert cmu_short.bvh -o /dev/null --to gltf --embed");
     folder.refuses("convert cmu_short.bvh -o /dev/null --verify", 2, "not a stream");
-    folder.refuses("convert cmu_short.bvh robot.urdf -o /dev/null", 2, "need a folder");
+    folder.refuses(
+        "convert cmu_short.bvh robot.urdf -o /dev/null",
+        2,
+        "need an output folder",
+    );
 }
 
 /// Every system error names a file, even if the name is empty.

@@ -1,5 +1,5 @@
-//! Terminal control characters are escaped in text and JSON, such as escape sequences and marks of text direction. A
-//! file or stream may have them in its name, in its joints, or in its error.
+//! Terminal control characters, such as escape sequences and marks of text direction, are escaped in text and in JSON.
+//! A file or stream may have them in its name, in the names of its joints, or in its error.
 
 use std::process::Output;
 
@@ -88,8 +88,11 @@ fn words_and_json_have_no_character_that_steers_a_terminal() {
     assert_eq!(found["file"], walk);
     let manifest = folder.read(&format!("out{STEERING}/mocap-manifest.jsonl"));
     check("the manifest", &manifest);
-    let first: Value = serde_json::from_slice(manifest.split(|byte| *byte == b'\n').next().unwrap()).unwrap();
-    assert_eq!(first["input"], format!("walk{STEERING}.bvh"));
+    let lines = std::str::from_utf8(&manifest).unwrap().lines();
+    let inputs = lines.map(|line| serde_json::from_str::<Value>(line).unwrap()["input"].clone());
+    let names = ["copy", "walk", "wrong"].into_iter().zip(["glb", "bvh", "bvh"]);
+    let expected = Vec::from_iter(names.map(|(name, extension)| format!("{name}{STEERING}.{extension}")));
+    assert_eq!(Vec::from_iter(inputs), expected);
 }
 
 #[test]

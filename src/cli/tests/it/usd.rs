@@ -17,7 +17,8 @@ fn an_output_is_replaced_and_somebodys_stage_is_not() {
         folder.succeeds(&format!("convert lecture_Test.bvh {output}"));
         assert_eq!(folder.read(output), first);
         folder.succeeds(&format!("verify lecture_Test.bvh {output}"));
-        // A motion from this file does not permit replacing another.
+        // The other output also contains a motion that was read from a USD file. It is refused nevertheless, because
+        // its input is another file.
         folder.succeeds(&format!("convert blender_two_joints.bvh other_{output}"));
         folder.refuses(
             &format!("convert {output} other_{output}"),

@@ -1,4 +1,4 @@
-//! `mocap verify` of arrays.
+//! Tests that `mocap verify` accepts and rejects arrays like the library.
 
 #[test]
 fn the_program_says_the_same() {
@@ -27,5 +27,8 @@ fn the_program_says_the_same() {
         "30",
     ]);
     let said = run(&["verify", source, output]);
-    assert!(said.starts_with("19 frames, 31 joints, 7 end sites: 0.0"), "{said}");
+    assert!(
+        said.starts_with("19 frames, 31 joints, 7 end sites: error 0.0"),
+        "{said}"
+    );
 }

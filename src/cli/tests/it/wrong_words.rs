@@ -109,7 +109,7 @@ fn a_wrong_kind_of_file_names_the_right_command() {
             "it is the manifest of a folder",
         ),
         ("skeleton job.json", 1, "mocap run runs it"),
-        ("edit map.json -o a.bvh --step mirror", 1, "--map reads it"),
+        ("edit map.json -o a.bvh --step mirror", 1, "--map reads such a file"),
         ("retarget walk.bvh moves.mdb -o a.glb", 1, "it is a database of motions"),
         (
             "graph walk moves.mdb --seconds 1 -o a.bvh",
@@ -185,14 +185,14 @@ fn a_wrong_file_of_weights_says_where_and_what_it_may_hold() {
         (
             r#"{"robto": {}}"#,
             &[
-                "weights.json: robto: there is no robto, but robot, foot-lock",
+                "weights.json: robto: there is no robto; known keys: robot, foot-lock",
                 "did you mean robot?",
             ][..],
         ),
         (
             r#"{"robot": {"hnad": 1}}"#,
             &[
-                "weights.json: robot.hnad: there is no hnad in robot, but ",
+                "weights.json: robot.hnad: there is no hnad in robot; known keys: twist",
                 "did you mean hand?",
             ],
         ),

@@ -1,5 +1,5 @@
-//! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift. The survey uses the detection of
-//! `clean`.
+//! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift. The survey finds them in the same way as
+//! `mocap clean`.
 
 use mocap_edit::MotionErrors;
 

@@ -10,28 +10,32 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{FootThroughFloor, Skate, Treadmill, UnderFloor};
 
-/// A fast sliding foot counts fully as on the floor below the first height, and not at all above the second, in metres.
+/// Heights of a sliding foot, in metres. Below the first height, the foot counts fully as on the floor; above the
+/// second, not at all.
 const LOW: [f32; 2] = [0.02, 0.06];
 
-/// The speeds from which a sliding foot counts, and counts fully, in m/s. A slower foot may roll.
+/// Speeds of a sliding foot, in m/s. Above the first speed, the foot begins to count; above the second, it counts
+/// fully. A slower foot may roll.
 const GLIDES: [f32; 2] = [0.15, 0.3];
 
-/// The durations from which sliding counts, and counts fully, in seconds. A foot in the swing phase is this low for a
-/// shorter time.
+/// Durations of sliding, in seconds. Above the first duration, sliding begins to count; above the second, it counts
+/// fully. A foot in the swing phase is as low as a sliding foot, but for a shorter time.
 const GLIDES_FOR: [f32; 2] = [0.15, 0.25];
 
-/// Vertical accelerations of the hips, in m/s^2: below the first nothing carries the body, above the second the feet
-/// do. The hips accelerate downwards by 6.5 to 11 m/s^2 in the flight phase of a run.
+/// Vertical accelerations of the hips, in m/s^2. Below the first, nothing carries the body; above the second, the feet
+/// carry it. The hips accelerate downwards by 6.5 to 11 m/s^2 in the flight phase of a run.
 const FALLS: [f32; 2] = [-6.0, -3.0];
 
-/// A foot is fully at its resting height below the first height above it, and not at all above the second, in metres.
+/// Heights of a foot above its resting height, in metres. Below the first, the foot counts fully as at rest; above the
+/// second, not at all.
 const LEVEL: [f32; 2] = [0.02, 0.04];
 
-/// A foot stays fully on the floor below the first vertical speed, and not at all above the second, in m/s.
+/// Vertical speeds of a foot, in m/s. Below the first, the foot counts fully as staying on the floor; above the second,
+/// not at all.
 const RISES: [f32; 2] = [0.05, 0.12];
 
-/// Heights of the hips above the floor, in leg lengths. Below the first, feet do not carry the body: a sitting person
-/// moves them freely. Above the second, feet carry the body.
+/// Heights of the hips above the floor, in leg lengths. Below the first, the feet do not carry the body: a sitting
+/// person moves the feet freely. Above the second, the feet carry the body.
 const STANDS: [f32; 2] = [0.6, 0.75];
 
 /// The largest distance of one foot from the common level of both feet, in metres. Joints and markers of the two feet
@@ -43,10 +47,10 @@ const BELOW: f32 = 0.02;
 /// Depths in leg lengths. At the first depth or more, the foot may stand on a lower floor, such as a stair. At the
 /// second depth or more, it certainly does, and has not sunk.
 const ANOTHER_FLOOR: [f32; 2] = [0.25, 0.35];
-/// Spans below the floor are joined if the foot is above the floor between them for at most this time, in seconds: a
-/// step.
+/// Two spans below the floor are joined if the foot is above the floor between them for at most this time, in seconds.
+/// The time is a step.
 const A_STEP: f64 = 0.4;
-/// The window in which steps on a treadmill are searched, in seconds.
+/// The window in which the survey searches for steps on a treadmill, in seconds.
 const WINDOW: f64 = 2.0;
 
 /// The shortest step on a treadmill, in leg lengths. Shorter steps are shuffling.
@@ -58,8 +62,8 @@ const STAYS: f32 = 0.45;
 /// The longest path of the hips in a loop of a walk in place, in leg lengths. Such a loop is shorter than the window.
 const STAYS_IN_LOOP: f32 = 0.15;
 
-/// The least speed of the belt, in m/s: the median speed of the lower foot, backwards or forwards, in the window. The
-/// feet of a person who dances on the spot are at rest.
+/// The least speed of the belt of a treadmill, in m/s. This speed is the median speed of the lower foot, backwards or
+/// forwards, in the window. The feet of a person who dances on the spot are at rest.
 const BELT: f32 = 0.25;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {

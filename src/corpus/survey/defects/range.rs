@@ -14,7 +14,7 @@ use crate::survey::thresholds::DefectKind::BeyondRange;
 /// 2016); this limit includes the most flexible people.
 const KNEE: f32 = 158.0;
 
-/// The largest flexion of an elbow, in degrees. The average is 150 (same source).
+/// The largest flexion of an elbow, in degrees. The average is 150 (Norkin and White).
 const ELBOW: f32 = 160.0;
 
 /// The largest angle between head and trunk, in degrees. The neck bends by 45 to 60 degrees, and the upper trunk adds
@@ -25,7 +25,7 @@ const NECK: f32 = 100.0;
 const FOOT_TELLS: f32 = 0.25;
 /// The least mean sine of the knee angle at which the hinge axis of the knee is known.
 const BENDS: f32 = 0.05;
-/// The shortest span, in seconds.
+/// The shortest time beyond the range that counts as a defect, in seconds.
 const SHORTEST: f64 = 0.05;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
@@ -41,8 +41,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         let forwards = |frame: usize| {
             let [thigh, shin] = limb(motion, body, frame, leg)?;
             let toes = motion.at(frame, toes?) - motion.bone(body, frame, leg[2])?;
-            // A knee bends the shin away from the direction of the toes. A foot in line with the shin shows no such
-            // direction.
+            // The shin bends away from the direction of the toes. If the foot is in line with the shin, the direction
+            // of the toes is unknown.
             let forward = toes.try_normalize()?.reject_from_normalized(shin);
             let forward = (forward.length() > FOOT_TELLS).then(|| forward.normalize())?;
             let along = shin.reject_from_normalized(thigh).dot(forward);
@@ -95,7 +95,8 @@ impl Hinge {
         }
     }
 
-    /// The angle by which the knee bends forwards, in degrees. Without an axis the angle is unlimited.
+    /// The angle by which the knee bends forwards around its axis, in degrees. If the axis is unknown, the angle is
+    /// infinite.
     fn backwards(&self, motion: &Motion, frame: usize, upper: Vec3, lower: Vec3) -> f32 {
         let Some((node, axis)) = self.thigh.zip(self.axis) else {
             return f32::INFINITY;

@@ -1,7 +1,7 @@
 //! Motions that play too fast or too slow, according to gravity or to an implausible frame rate.
 //!
-//! A body in the air accelerates downwards by 9.81 m/s^2. Played too fast by a factor f, it accelerates by f^2 times
-//! that value. No body accelerates downwards faster, because legs push and do not pull.
+//! A body in the air accelerates downwards by 9.81 m/s^2. If the motion plays too fast by a factor f, the acceleration
+//! is f^2 times as large. No body accelerates downwards faster than in free fall, because legs push and do not pull.
 
 use mocap_scene::math::median::median;
 

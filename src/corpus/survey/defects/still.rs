@@ -14,7 +14,7 @@ use crate::survey::thresholds::DefectKind::{Frozen, Gap, HeldEnd, TPose, TPoseEn
 /// The largest change of rotation per frame of a joint that does not move, as a difference of quaternions: 0.005
 /// degrees.
 const STILL_ROTATION: f32 = 4e-5;
-/// The shortest gap, in seconds: a span in which a joint holds its rotation.
+/// The shortest gap, in seconds. A gap is a span in which a joint holds its rotation while the body moves.
 const SHORTEST_GAP: f64 = 0.4;
 
 /// The least jump of the joint at an end of a gap, as a multiple of its median change per frame. A solver with few
@@ -23,7 +23,7 @@ const JUMPS: f32 = 3.0;
 
 /// The least jump at an end of a gap, in radians: 1 degree, which is visible.
 const JUMPS_BY: f32 = 0.0175;
-/// The least fraction of all other moving frames in which a joint with a gap must move.
+/// A joint with a gap must move in at least this fraction of the moving frames outside of the gap.
 const MOVES: f32 = 0.6;
 
 /// The cosine of the largest angle of the arms from the horizontal in a T-pose: 15 degrees.
@@ -196,7 +196,7 @@ fn has_arms_out(motion: &Motion, body: &Body, frame: usize, arm: f32) -> bool {
     let points = |side: Side| {
         let along = if side == Side::Left { left } else { -left };
         let on = |bone: Bone| bone.on(side);
-        // Few frames have an arm out, so the other limbs are hardly ever looked at.
+        // In few frames an arm points sideways, so the other limbs are rarely checked.
         Some(
             between(on(Bone::LeftUpperArm), on(Bone::LeftLowerArm))?.dot(along) > arm
                 && between(on(Bone::LeftLowerArm), on(Bone::LeftHand))?.dot(along) > arm

@@ -13,10 +13,10 @@ const HOVERS: f32 = 0.04;
 /// Heights of the lowest joint, in leg lengths. At the first height or more, an object may carry the body; at the
 /// second height or more, it must. The hips of a lying body are lower.
 const CARRIED: [f32; 2] = [0.2, 0.3];
-/// The durations from which hovering counts, and counts fully, in seconds.
+/// Durations of hovering, in seconds. Above the first, hovering begins to count; above the second, it counts fully.
 const SHORTEST: [f32; 2] = [0.2, 0.3];
-/// Vertical accelerations of the hips, in m/s^2. A body in free fall accelerates by -9.81. Above the second value the
-/// body is carried.
+/// Vertical accelerations of the hips, in m/s^2. A body in free fall accelerates by -9.81. Below the first value, the
+/// body falls; above the second, it is carried.
 const FALLS: [f32; 2] = [-6.0, -4.0];
 
 /// The shortest clip from which the height of the floor is known, in seconds.

@@ -11,8 +11,8 @@ use crate::survey::fingerprint::{Fingerprint, LIMBS};
 /// The shortest piece, in samples: two seconds, minus one sample for rounding at the ends.
 pub(super) const SHORTEST: usize = 19;
 
-/// The shortest clip that is compared as a whole, in samples: 0.91 s. Shorter parts of different takes match by chance:
-/// parts of 0.9 s of runs by one person.
+/// The shortest clip that is compared as a whole, in samples: 0.91 s. Shorter parts of different takes match by chance,
+/// such as 0.9 s of two runs by one person.
 pub(in crate::survey) const SHORTEST_CLIP: usize = 10;
 
 /// The most samples of a whole clip that the other clip may lack: one at each end, which rounding cuts off.
@@ -22,23 +22,23 @@ const CUT_BY_ROUNDING: f32 = 2.0;
 /// `tools/survey/takes.py`: separate takes of one walk by one person differ by at least 0.028.
 const NEAR: f32 = 0.02;
 
-/// The largest such distance in nine tenths of the samples, as a chord.
+/// The largest distance of limbs in nine tenths of the samples of near-duplicates, as a chord.
 const NEAR_MOST: f32 = 2.5 * NEAR;
-/// Both limits grow by this factor times the mean bend of the paths of limbs, for noise and for the error of linear
-/// interpolation between samples.
+/// [`NEAR`] and [`NEAR_MOST`] grow by this factor times the mean bend of the paths of limbs, for noise and for the
+/// error of linear interpolation between samples.
 const OFF_A_LINE: f32 = 0.2;
-/// Both limits also grow by this factor times the mean bend above [`ERRATIC`]. In motion from video, limbs jump from
-/// sample to sample, so copies at another rate differ. Separate takes of such motion are still far apart. Fitted by
-/// `tools/survey/takes.py`.
+/// [`NEAR`] and [`NEAR_MOST`] also grow by this factor times the mean bend above [`ERRATIC`]. In motion from video,
+/// limbs jump from sample to sample, so copies at another rate differ. Separate takes of such motion are still far
+/// apart. Fitted by `tools/survey/takes.py`.
 const OFF_IF_ERRATIC: f32 = 0.3;
-/// The factor for clips shorter than [`SHORTEST`], for which erratic motion adds nothing: runs of one person differ by
-/// less in a second. Fitted by `tools/survey/takes.py --seconds 1.2`.
+/// [`OFF_A_LINE`] for clips shorter than [`SHORTEST`]. For such clips, erratic motion adds nothing, because runs of one
+/// person differ by less in a second. Fitted by `tools/survey/takes.py --seconds 1.2`.
 const SHORT_OFF_A_LINE: f32 = 0.1;
 /// The mean bend above which a motion is erratic. Running has half of this value.
 const ERRATIC: f32 = 0.2;
 
-/// The least movement per limb in the compared part, as a sum of chords of the unit sphere. Any two standing figures
-/// would match.
+/// The least movement per limb in the compared part, as a sum of chords of the unit sphere. With less movement, any two
+/// standing figures would match.
 const MOVES: f32 = 0.2;
 /// The least movement in clips shorter than [`SHORTEST`]: half as much in half the time.
 const SHORT_MOVES: f32 = 0.1;
@@ -67,13 +67,14 @@ const AROUND_BEGINNING: i8 = 2;
 /// The number of samples in the first comparison, which rejects most pairs.
 const FEW: usize = 16;
 
-/// The least distance between these samples, so that the first comparison covers more than one moment.
+/// The least distance between the samples of the first comparison, so that they cover more than one moment.
 const LEAST_STRIDE: usize = 3;
 
-/// The largest error of the nearest tried timing, in steps of limbs: half a sample, with a margin.
+/// The largest error of the best timing that the first comparison tries, in samples: half a sample, with a margin.
+/// Limbs move in this time, which adds to the allowed distance.
 const OFF_AT_FIRST: f32 = 1.5;
 
-/// The error of the timing from half a step of pace over half the overlap, in steps per sample, with a margin of two.
+/// The same error for each sample of the overlap, from half a step of pace, with a margin of two.
 const OFF_BY_PACE: f32 = 0.005;
 
 /// The number of groups of four limbs.
@@ -158,7 +159,7 @@ fn bend(rows: &[Row]) -> f32 {
     sum / (rows.len().saturating_sub(2).max(1) * LIMBS) as f32
 }
 
-/// The lengths of four differences.
+/// The lengths of the differences of four limbs.
 #[inline(always)]
 fn chords(off: impl Fn(usize) -> Vec4) -> [f32; 4] {
     let (x, y, z) = (off(0), off(1), off(2));
@@ -195,7 +196,7 @@ pub(super) struct Alignment {
     pub(super) pace: f32,
     /// The middle of the shared part.
     pub(super) at: Moments,
-    /// The number of covered samples of the first clip.
+    /// The number of samples of the first clip that the second clip covers.
     pub(super) overlap: f32,
 }
 
@@ -246,7 +247,7 @@ impl Alignment {
 /// A pace, and the sample of the first clip at which the second clip begins.
 type Timing = [f32; 2];
 
-/// The timing with the least distance.
+/// The timing with the least distance so far.
 #[derive(Default)]
 struct Best {
     found: Option<(f32, Timing)>,
@@ -317,7 +318,7 @@ impl<'a> Both<'a> {
         shorter >= SHORTEST_CLIP && samples as f32 * pace + CUT_BY_ROUNDING >= longer as f32
     }
 
-    /// The distance of limbs between copies that different sampling times cause.
+    /// The distance of limbs that different sampling times cause between two copies of one motion.
     fn off_a_line(&self) -> f32 {
         let bend = 0.5 * (self.a.bend + self.b.bend);
         match self.a.samples().min(self.b.samples()) {

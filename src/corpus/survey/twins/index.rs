@@ -1,7 +1,8 @@
 //! Finds candidates for near-duplicates. A moment is the motion of the limbs from 0.4 s before to 0.4 s after a sample.
-//! The signs of random projections of a moment are its hash. Moments with the same hash, at one offset between two
-//! clips, vote for the pair. Moments in which hardly anything moves have no hash. If many moments have the same hash,
-//! only the first of them are looked up. So the cost grows linearly with the number of clips.
+//! The signs of random projections of a moment are its hash. If moments of two clips have the same hash, they vote for
+//! this pair of clips and for the offset between the moments. Moments in which hardly anything moves have no hash. If
+//! many moments have the same hash, only the first of them are looked up. So the cost grows linearly with the number of
+//! clips.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -16,14 +17,15 @@ use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
 /// Bits of a hash of a moment.
 const BITS: usize = 24;
-/// The number of least certain signs of a moment. Lookups also flip one or two of these signs.
+/// The number of least certain signs of a moment. A lookup also tries the hashes in which one or two of these signs are
+/// flipped.
 const UNCERTAIN: usize = 5;
 /// The samples of a moment on each side: 0.4 s.
 const REACH: usize = 4;
 /// The largest number of moments per hash that are looked up and vote.
 const MOST_OF_HASH: usize = 24;
-/// The largest mean distance of limbs in the second around two moments, as a chord, for which the clips are aligned. It
-/// allows for the distance of near-duplicates, and for a difference in pace of 10 %.
+/// The largest mean distance of limbs, in the second around two moments, for which the clips are aligned. In chords of
+/// the unit sphere. This limit allows for the distance of near-duplicates, and for a difference in pace of 10 %.
 const NEAR_MOMENT: f32 = 0.1;
 /// The distance that comparing whole samples adds, as a fraction of the movement from one sample to the next.
 const HALF_A_STEP: f32 = 0.5;
@@ -41,7 +43,7 @@ const VOTES: u16 = 2;
 /// The largest number of clips that are aligned with a clip. The time of a survey grows with this number.
 pub(super) const MOST_ALIGNED: usize = 24;
 
-/// A moment of a clip.
+/// A moment of a clip, with its hash.
 #[derive(Clone, Copy)]
 struct Moment {
     hash: u32,
@@ -51,7 +53,7 @@ struct Moment {
 
 /// Moments by their hashes.
 pub(super) struct Index {
-    /// For each number of a moment, its factor in each bit.
+    /// For each number of a moment, its factor in the projection of each bit of the hash.
     projections: Vec<[f32; BITS]>,
     mean: Vec<f32>,
     /// The moments, sorted by hash, clip and sample.
@@ -226,7 +228,7 @@ struct Votes {
     count: u16,
     /// The sum of the offsets of the moments in the other clip, in samples.
     later: i32,
-    /// One of the moments.
+    /// One of the moments that voted.
     at: u32,
 }
 

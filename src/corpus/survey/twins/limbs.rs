@@ -10,7 +10,7 @@ pub(crate) fn mirrored_row(row: &[i8]) -> [i8; WIDTH] {
     std::array::from_fn(|column| match (column / 3, column % 3) {
         (limb @ 0..LIMBS, 0) => -row[3 * OTHER_SIDE[limb]],
         (limb @ 0..LIMBS, axis) => row[3 * OTHER_SIDE[limb] + axis],
-        // The speed sideways, and the turning speed.
+        // Mirroring changes the signs of the speed sideways and of the turning speed.
         _ if column == 3 * LIMBS + 1 || column == 3 * LIMBS + 3 => -row[column],
         _ => row[column],
     })

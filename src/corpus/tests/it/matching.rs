@@ -1,4 +1,4 @@
-//! What motion matching computes, part by part.
+//! Tests of the parts of motion matching.
 
 mod controller;
 mod like;

@@ -252,7 +252,7 @@ fn copies_of_a_take_are_found_once() {
     let query = Query::part(&walk, 0, "1..2".parse().unwrap()).unwrap();
     let found = database.find(&query, &FindOptions::new());
     let files: Vec<&str> = found.iter().map(|found| found.file.as_str()).collect();
-    // The whole take and its part have the same moment.
+    // The whole take and its part contain the same moment of the motion.
     assert!(["0.bvh", "1.bvh"].contains(&files[0]), "{files:?}");
     assert_eq!(files[1..], ["3.bvh"]);
     let all = database.find(&query, &FindOptions::new().per_clip(None).count(5));
@@ -446,7 +446,7 @@ fn a_figure_that_is_let_go_stops() {
         for frame in 0..300 {
             let before = figure.position();
             figure.steer(Vec2::ZERO, Vec2::ZERO);
-            // 5 cm/s.
+            // The figure still moves by more than 5 cm/s.
             if before.distance(figure.position()) > 0.05 / 60.0 {
                 stands_since = frame + 1;
             }

@@ -1,4 +1,4 @@
-//! The guesses about real files, against the statements of their makers.
+//! The guesses about real files, compared with the statements of their makers.
 
 use mocap::Scene;
 use mocap::figure::{Confidence, Figure, Survey, Unit};
@@ -15,14 +15,14 @@ fn import(file: &str) -> Scene {
 
 #[test]
 fn units_of_real_files() {
-    // CMU's conversions are in its own unit, the others state or imply theirs.
+    // CMU's conversions have their own unit. The other files state or imply theirs.
     let files = [
         ("cmu_01_01.bvh", Unit::Cmu),
         ("cmu_12_01_walk.bvh", Unit::Cmu),
         ("perception_neuron_moving_positions.bvh", Unit::Centimetre),
         ("mocopi_jump_six_channels.bvh", Unit::Centimetre),
         ("kinect_openni.bvh", Unit::Centimetre),
-        // MakeHuman says that its unit is a decimetre.
+        // MakeHuman states that its unit is a decimetre.
         ("makehuman_fly_one_frame.bvh", Unit::Decimetre),
         ("makehuman_zombie_walk.bvh", Unit::Decimetre),
     ];
@@ -37,7 +37,7 @@ fn units_of_real_files() {
     }
 }
 
-/// Biovision captured in inches, and nothing but the length of the bones shows it.
+/// Biovision captured in inches. Only the lengths of the bones show this unit.
 #[test]
 fn inches_are_likely_and_no_more() {
     let guess = survey_of(&import("biovision_example1.bvh")).unit;
@@ -61,8 +61,8 @@ fn a_hand_and_an_arm_leave_the_unit_open() {
     }
 }
 
-/// A person of CMU's who squats all the time has the size of one who stands in decimetres; the rest pose does not
-/// squat.
+/// A person of CMU's database who squats all the time has the size of a person who stands, in decimetres. The rest pose
+/// does not squat.
 #[test]
 fn a_squat_in_the_unit_of_cmu_is_not_taken_for_decimetres() {
     let mut scene = import("cmu_12_01_walk.bvh");
@@ -92,7 +92,7 @@ fn what_a_scene_states_is_not_guessed() {
         );
         assert_eq!(found.assumptions(), [], "{file}");
     }
-    // Lying markers: the largest part of the way from the feet to the head is along z.
+    // The markers of a lying person: the largest component of the direction from the feet to the head is along z.
     let mut lying = import("z_up_dab.bvh");
     assert_eq!(survey_of(&lying).up.value, UpAxis::Z);
     lying.metadata.up = Some(UpAxis::Y);
@@ -121,7 +121,7 @@ fn up_is_from_the_feet_to_the_head() {
     }
 }
 
-/// A chain of two nodes that does nothing, at `1 / frame_time`.
+/// A chain of two nodes that does not move, at `1 / frame_time` frames per second.
 fn still(frame_time: f64) -> Scene {
     let animation = Animation {
         ticks_per_second: frame_time.recip(),
@@ -177,7 +177,7 @@ fn a_rest_pose_in_front_is_a_cut() {
     }
 }
 
-/// A limb of length 1 that turns by `angles`, frame by frame.
+/// A limb of length 1 that rotates by `angles`, frame by frame.
 fn limb(angles: &[f32]) -> Scene {
     let tip = Node {
         parent: Some(NodeId(0)),
@@ -203,7 +203,7 @@ fn limb(angles: &[f32]) -> Scene {
 
 #[test]
 fn a_punch_is_no_cut_and_two_takes_in_a_row_are() {
-    // A strike that accelerates and stops again, up to 0.6 a frame.
+    // A strike that accelerates and stops, with up to 0.6 rad per frame.
     let punch: Vec<f32> = [0.0, 0.01, 0.05, 0.2, 0.6, 0.5, 0.15, 0.05, 0.01]
         .iter()
         .scan(0.0, |sum, step| {
@@ -233,7 +233,8 @@ fn decisions_come_out_in_words() {
     assert_eq!(topics, expected.map(|(topic, choice)| (topic, choice.to_owned())));
 }
 
-/// A figure of a head above feet in the rest pose, whose root lies down towards `z` and moves by `step` a frame.
+/// A figure with the head above the feet in the rest pose. Its root lies down towards `z` and moves by `step` in each
+/// frame.
 fn lying(step: Vec3) -> Scene {
     let child = |name: &str, offset| Node {
         name: name.into(),
@@ -262,7 +263,7 @@ fn a_swimmer_is_not_taken_for_a_figure_that_stands() {
         "{}",
         swimmer.reason
     );
-    // The head stays above a floor, so that +Z is up and the rest pose is not how the figure stands.
+    // The head stays above a floor. So +Z is up, and the figure does not stand as in the rest pose.
     let walker = survey_of(&lying(0.2 * Vec3::X)).up;
     assert_eq!(
         (walker.value, walker.confidence),
@@ -286,7 +287,7 @@ fn a_stated_unit_is_not_guessed() {
     );
 }
 
-/// What lies along X at rest says nothing of Y and Z, and what little it has of them is noise.
+/// A body along X at rest does not decide between Y and Z. Its small extents along Y and Z are noise.
 #[test]
 fn a_body_along_x_leaves_the_up_axis_open() {
     for noise in [Vec3::ZERO, 1e-4 * Vec3::Z, -1e-4 * Vec3::Z, 0.05 * Vec3::Z] {

@@ -229,7 +229,7 @@ fn answers_say_what_failed_and_what_is_worse_than_allowed() {
     }
     let problem = |index: usize| content(index)["problem"].as_str().unwrap();
     assert!(problem(1).contains("has an error of"), "{}", problem(1));
-    assert!(problem(2).contains("farther off"), "{}", problem(2));
+    assert!(problem(2).contains("larger errors"), "{}", problem(2));
     assert!(problem(3).contains("wrong.bvh"), "{}", problem(3));
     assert_eq!((&content(3)["count"], &content(3)["failed"]), (&json!(2), &json!(1)));
     assert_eq!(content(3)["motions"][0]["input"], "wrong.bvh");

@@ -1,4 +1,4 @@
-//! Lines of standard input.
+//! Tests how the server of `mocap mcp` reads lines of standard input.
 
 use std::io;
 

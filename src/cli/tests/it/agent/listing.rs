@@ -1,4 +1,4 @@
-//! The files of a folder.
+//! Tests the tool of `mocap mcp` that lists the files of a folder.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! The progress notifications of slow calls.
+//! Tests the progress notifications that `mocap mcp` sends during slow calls.
 
 use serde_json::{Value, json};
 

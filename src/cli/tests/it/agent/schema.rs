@@ -1,4 +1,4 @@
-//! Options of the tools.
+//! Tests that the options of the tools of `mocap mcp` are the options of the commands.
 
 use mocap_cli::internals::{ABOUT, Commands, TOOLS};
 

@@ -1,4 +1,4 @@
-//! Wildcards.
+//! Tests which paths a wildcard matches.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Parts of the files.
+//! Tests that a shard takes an even part of the files.
 
 use mocap_cli::internals::{Input, Shard};
 
@@ -12,6 +12,7 @@ fn every_file_is_in_one_part() {
             relative: format!("takes/{number}.bvh"),
             bytes: 0,
             problem: None,
+            clip: None,
         };
         let of: Vec<usize> = (0..5).filter(|&part| parts[part].has(&input)).collect();
         assert_eq!(of.len(), 1);

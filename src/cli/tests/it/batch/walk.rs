@@ -1,4 +1,4 @@
-//! The search of folders.
+//! Tests the search of folders for files.
 
 use std::convert::Infallible;
 use std::fs;

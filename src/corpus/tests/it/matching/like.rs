@@ -1,8 +1,8 @@
-//! The distance of two samples.
+//! Tests the distance of two samples of a search.
 
 use mocap_corpus::internals::{LIMBS, WIDTH, cost, limbs_of_both};
 
-/// A neck that one body lacks does not increase the distance. The remaining limbs count as ten.
+/// A neck that one body lacks does not increase the distance. The sum over the nine other limbs is scaled to ten limbs.
 #[test]
 fn limbs_that_a_body_lacks_are_not_compared() {
     let mut whole = [10; WIDTH];

@@ -1,4 +1,4 @@
-//! The springs of the steering.
+//! Tests the springs that smooth the wanted velocity and facing.
 
 use mocap::glam::{Vec2, Vec3};
 use mocap_corpus::internals::{AHEAD, RATE, Root, Steering};
