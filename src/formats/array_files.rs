@@ -10,14 +10,15 @@
 //! | `.mot`, `.sto` | `mot`: text with named columns |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and strings, and calls nothing |
 //!
-//! Names and shapes determine the meaning of the arrays (`layouts`):
+//! Names and shapes determine the meaning of the arrays (`layouts`). An array holds one of:
 //!
 //! - rotations: AMASS, SMPL-X's dictionaries, GVHMR, GEM-X, Motion-X, PHUMA, Kimodo, SAM 3D Body
 //! - joint angles of OpenSim, and the arrays of this program
-//! - positions alone, which are points without a skeleton
+//! - positions without rotations, which become points without a skeleton
 //!
 //! Rotations without bone lengths are applied to a given body (`body`), or else to generic proportions (`proportions`).
-//! No file of a licensed model is needed, and the code contains no data of one. `docs/arrays.md` describes each layout.
+//! No file of a licensed model is needed, and the code contains no data of a licensed model. `docs/arrays.md` describes
+//! each layout.
 
 #[cfg(feature = "arrays")]
 pub(crate) mod read;
@@ -35,7 +36,7 @@ pub use self::read::{Body, BodyFrames, MHR_ROOT_HEIGHT, SMPL_ROOT, body_model, h
 #[doc(hidden)]
 pub use self::read::{ParquetRows, parquet_rows};
 
-/// The common fields of all rows.
+/// The fields that the rows of all array formats share.
 const ROW: FormatInfo = FormatInfo {
     format: Format::Npy,
     name: "NumPy's .npy",
@@ -67,7 +68,7 @@ pub(super) const NPY: FormatInfo = ROW;
 pub(super) const NPZ: FormatInfo = FormatInfo {
     format: Format::Npz,
     name: "NumPy's .npz",
-    description: "NumPy arrays: AMASS, SMPL-X, Kimodo, our own",
+    description: "NumPy arrays: AMASS, SMPL-X, Kimodo, mocap fk",
     extensions: Format::Npz.extensions(),
     reading: "good: layouts, recognised by the names of their arrays",
     sniff: is_npz,
@@ -104,7 +105,7 @@ pub(super) const PICKLE: FormatInfo = FormatInfo {
 pub(super) const CSV: FormatInfo = FormatInfo {
     format: Format::Csv,
     name: "CSV",
-    description: "text tables: our own arrays, point positions, Motive's, ARKit face shapes",
+    description: "text tables: arrays of mocap fk, point positions, Motive's, ARKit face shapes",
     extensions: Format::Csv.extensions(),
     reading: "good: tables that mocap wrote, and positions, recognised by the names of their columns",
     sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes) || is_face_json(bytes),
@@ -115,7 +116,7 @@ pub(super) const CSV: FormatInfo = FormatInfo {
 pub(super) const PARQUET: FormatInfo = FormatInfo {
     format: Format::Parquet,
     name: "Parquet",
-    description: "column tables: our own arrays",
+    description: "column tables: arrays of mocap fk",
     extensions: Format::Parquet.extensions(),
     reading: "good: tables that mocap wrote",
     sniff: |bytes| bytes.starts_with(b"PAR1"),
@@ -140,7 +141,7 @@ pub(super) const MOT: FormatInfo = FormatInfo {
 /// The first bytes of an `.npy`.
 const NPY_HEAD: &[u8] = b"\x93NUMPY";
 
-/// The last line of every header.
+/// The last line of the header of an OpenSim motion.
 const END_OF_HEADER: &str = "endheader";
 
 /// The name of the first file of an archive, from its bytes.
@@ -160,7 +161,7 @@ fn is_npz(bytes: &[u8]) -> bool {
 
 /// Whether JSON begins with blend shapes of a face, as MediaPipe names them.
 fn is_face_json(bytes: &[u8]) -> bool {
-    /// Bytes in which the first frame ends: 52 shapes of about a hundred bytes each.
+    /// The first frame must end within this number of bytes: it has 52 shapes of about a hundred bytes each.
     const NEAR: usize = 16 << 10;
     const SHAPES: [&[u8]; 3] = [b"\"browInnerUp\"", b"\"eyeBlinkLeft\"", b"\"jawOpen\""];
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
@@ -174,9 +175,9 @@ fn is_pickle(bytes: &[u8]) -> bool {
     matches!(bytes, [0x80, 2..=5, first, ..] if matches!(first, b'}' | b']' | b'(' | b'c' | 0x95 | b')' | b'X' | 0x8c))
 }
 
-/// Whether a string has the end of an OpenSim header.
+/// Whether a string contains the end of an OpenSim header.
 fn is_mot(bytes: &[u8]) -> bool {
-    /// Bytes in which the header of an OpenSim motion must end: it has a few lines.
+    /// The header of an OpenSim motion must end within this number of bytes: it has a few lines.
     const NEAR: usize = 4096;
     let start = &bytes[..bytes.len().min(NEAR)];
     start

@@ -16,11 +16,11 @@
 //! Each construction has its own line, and `#` begins a comment. A bone has a name, a direction and a length. Without
 //! `axis` it rotates about the world axes. Without `dof` it does not rotate.
 //!
-//! A bone is a link with a world direction. It rotates about its own axes, whose world rotation `C` comes from `axis`.
-//! With the rotation `M` of the motion, the rotation of the bone's node is `C M C^-1`, as matrices on column vectors.
-//! In the rest pose it is the identity. `C` and `M` rotate about the first named axis first: `XYZ` is `Rz Ry Rx`. A
-//! bone's node is at its near end, which is the far end of its parent. A bone without children has an end site at its
-//! far end.
+//! A bone is a vector from its near end to its far end, in the axes of the world. It rotates about its own axes, whose
+//! world rotation `C` comes from `axis`. With the rotation `M` of the motion, the rotation of the bone's node is `C M
+//! C^-1`, as matrices on column vectors. In the rest pose it is the identity. `C` and `M` rotate about the first named
+//! axis first: `XYZ` is `Rz Ry Rx`. A bone's node is at its near end, which is the far end of its parent. A bone
+//! without children has an end site at its far end.
 //!
 //! Lengths are in the file's unit.
 

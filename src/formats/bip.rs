@@ -8,7 +8,7 @@ use crate::{FormatInfo, ReadOptions, Source};
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,
     name: "BIP",
-    description: "3ds Max Biped, refused with advice",
+    description: "3ds Max Biped: refused; the error states what to export",
     extensions: Format::Bip.extensions(),
     reading: "no: the format is not documented; the error states what to export from 3ds Max instead",
     writing: "no",

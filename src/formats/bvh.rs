@@ -9,8 +9,8 @@
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
 //!
-//! There is no standard. `fixtures/README.md` lists the dialects of real files. `read` converts a file to a scene,
-//! `write` a scene to a file. Degrees, columns and rotation orders stay in this folder.
+//! There is no standard for BVH. `fixtures/README.md` lists the dialects of real files. `read` converts a file to a
+//! scene, `write` a scene to a file. Degrees, columns and rotation orders stay in this folder.
 
 mod options;
 #[cfg(feature = "bvh")]

@@ -1,4 +1,4 @@
-//! C3D: the positions of markers in each frame. It is binary, in blocks of 512 bytes.
+//! C3D: the positions of markers in each frame. A file is binary, in blocks of 512 bytes.
 //!
 //! | part | start | contents |
 //! |---|---|---|
@@ -12,9 +12,9 @@
 //!
 //! A marker becomes a node with position keys, the child of a group. The reader computes no skeleton: markers are on
 //! the skin, and finding the joints needs a model of the person (`solve`). A file without markers may have the poses of
-//! segments in the group `ROTATION`. They become joints. Events, analog samples and force plates are in the scene's
-//! metadata (`Recording`). Positions are in the file's unit, rotated to +Y up. `POINT:Y_SCREEN` states the file's up
-//! axis; without it +Z is assumed.
+//! segments in the group `ROTATION`. The segments become joints. Events, analog samples and force plates are in the
+//! scene's metadata (`Recording`). Positions are in the file's unit, rotated to +Y up. `POINT:Y_SCREEN` states the
+//! file's up axis; without it +Z is assumed.
 //!
 //! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
 //! damaged files. This crate has its own reader, which checks every count against the remaining bytes.

@@ -6,7 +6,7 @@ use mocap_scene::scene::{Node, NodeId};
 pub(crate) fn depth_first(nodes: &[Node]) -> Vec<usize> {
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     let mut next = Vec::new();
-    // Backwards, because a stack returns the last one first.
+    // Backwards, because a stack returns the last node first.
     for (joint, node) in nodes.iter().enumerate().rev() {
         match node.parent {
             Some(parent) => children[parent.index()].push(joint),
@@ -23,7 +23,7 @@ pub(crate) fn depth_first(nodes: &[Node]) -> Vec<usize> {
     order
 }
 
-/// The nodes in that order.
+/// The nodes, in the order of the indices `order`.
 pub(crate) fn sorted(nodes: Vec<Node>, order: &[usize]) -> Vec<Node> {
     let mut sorted = vec![Node::default(); nodes.len()];
     for (mut node, index) in nodes.into_iter().zip(order) {

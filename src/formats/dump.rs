@@ -1,4 +1,4 @@
-//! A scene as text: the output of a graphics course, or JSON.
+//! A scene as text: the output of a university course on computer graphics, or JSON.
 //!
 //! The text is the output of the functions `printSceneInfo`, `printMeshInfo`, `printTreeInfo`, `printBoneInfo` and
 //! `printAnimInfo`, which students of the course call for an Assimp scene. The output changed over the years; a
@@ -58,7 +58,7 @@ pub enum Section {
     Anim,
 }
 
-/// The year of the output.
+/// The year of the course whose output is printed.
 ///
 /// The [module](crate::dump) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
@@ -70,7 +70,7 @@ pub enum Layout {
     /// 2018: no mesh section, and a short bone section.
     #[serde(rename = "2018")]
     Y2018,
-    /// 2019 and 2020.
+    /// The layout of 2019 and 2020.
     #[default]
     #[serde(rename = "2019")]
     Y2019,

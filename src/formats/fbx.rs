@@ -59,43 +59,45 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     ..FormatInfo::BASE
 };
 
-/// The user's property of a node with its name in the scene, where the file has another.
+/// The user property with the name of a node in the scene, if the node has another name in the file.
 const SOURCE_NAME: &str = "mocap_source_name";
 
-/// The user's property of a node that is an end site.
+/// The user property that marks a node as an end site.
 const END_SITE: &str = "mocap_end_site";
 
-/// The last bytes of every file.
+/// The last bytes of every FBX file.
 const FOOTER_END: [u8; 16] = [
     0xf8, 0x5a, 0x8c, 0x6a, 0xde, 0xf5, 0xd9, 0x7e, 0xec, 0xe9, 0x0c, 0xe3, 0x75, 0x8f, 0x29, 0x0b,
 ];
 
-/// A file in text begins with a comment that names the format.
+/// A text file begins with a comment that names the format.
 fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(FBX_HEAD) || bytes.trim_ascii_start().starts_with(b"; FBX")
 }
 
-/// Refuses a file of this crate that is not there to its last byte. Its footer says so, which readers leave out.
+/// Refuses a file of this crate without its footer, because such a file is cut off. Readers of FBX ignore the footer.
 fn inspect(bytes: &[u8], _: &Scene) -> Result<Option<Diagnostic>> {
     if fbx_provenance(bytes).is_none() || bytes.ends_with(&FOOTER_END) {
         return Ok(None);
     }
     let message = "the file does not end with the footer that every FBX file has";
     Err(Diagnostic::new(Code::UnexpectedEnd, message)
-        .help("it was cut off, or changed, after it was written; write it again")
+        .help("the file was cut off or changed after writing; write the file again")
         .into())
 }
 
-/// The whole frame rate that stands for one in files of programs that take no other, where there is one next to it.
+/// The whole frame rate that is nearly equal to a frame rate, for programs that accept only whole rates; `None` if no
+/// whole rate is near.
 #[doc(hidden)]
 pub fn whole_rate(frames_per_second: f64) -> Option<f64> {
-    /// As a fraction of the rate: the rounding of a frame time with four digits.
+    /// The largest relative difference between a frame rate and the whole rate: the rounding of a frame time with four
+    /// digits.
     const NEAR: f64 = 1e-4;
     let whole = frames_per_second.round();
     (whole > 0.0 && (frames_per_second - whole).abs() <= NEAR * whole).then_some(whole)
 }
 
-/// What a file of this crate says of itself; `None` in files of other programs.
+/// The provenance in a file of this crate; `None` in files of other programs.
 fn provenance(bytes: &[u8]) -> Option<Provenance> {
     serde_json::from_str(fbx_provenance(bytes)?).ok()
 }

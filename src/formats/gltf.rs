@@ -186,7 +186,7 @@ fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
 }
 
-/// Whether a file is glTF and names the extension.
+/// Whether a file is glTF and names the extension of VRM animations.
 fn sniff_vrm_animation(bytes: &[u8]) -> bool {
     /// Bytes of a file in which to search for the name of the extension.
     const SEARCHED: usize = 1 << 20;

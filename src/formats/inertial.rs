@@ -38,7 +38,7 @@ pub(super) fn possible(
     if least < -slack {
         warnings.push(Code::InvalidRobot, || {
             let message = "has a negative moment of inertia, which is ignored";
-            let help = "correct its inertia; until then it counts as a point mass";
+            let help = "correct the inertia of the link; until then the link counts as a point mass";
             warning(element, link, message, "moments of at least 0", printed()).help(help)
         });
         stated.inertia = [0.0; 6];
@@ -65,7 +65,7 @@ pub(super) fn is_negative(
         warnings.push(Code::InvalidRobot, || {
             let message = format!("has a negative {quantity}, which is ignored");
             let expected = format!("a {quantity} of at least 0");
-            let help = "correct it; until then this part weighs nothing";
+            let help = "correct this value; until then this part weighs nothing";
             warning(element, link, &message, &expected, value.to_string()).help(help)
         });
     }

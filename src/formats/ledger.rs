@@ -16,31 +16,31 @@ use crate::FormatInfo;
 /// The largest relative difference of equal frame rates: the rounding of a frame time with four digits.
 const SAME_RATE: f64 = 1e-4;
 
-/// The largest distance of a time from a frame that count as equal, in frames.
+/// If the distance of a time from a frame is at most this, in frames, both count as equal.
 const AT_FRAME: f64 = 1e-3;
 
 /// The treatment of a kind of data in the files of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Carriage {
-    /// The files hold it.
+    /// The files hold the data.
     Kept,
     /// The files hold other data, from which a program computes the same motion.
     Converted,
     /// The files have a pose for each frame. Keys between frames are lost, and a motion ends at a frame.
     AtFrames,
-    /// The files hold it for the root, but not for other joints.
+    /// The files hold the data for the root, but not for other joints.
     OfRoot,
     /// The files hold the weights of morph targets, but not expressions.
     OfTargets,
-    /// The files hold it if they are the scene's source file with another motion: [`Scene::original`].
+    /// The files hold the data if they are the scene's source file with another motion: [`Scene::original`].
     PassedThrough,
-    /// The files do not hold it. A warning reports the loss.
+    /// The files do not hold the data. A warning reports the loss.
     Lost,
 }
 
 impl Carriage {
-    /// The word for it in the table.
+    /// The word for the treatment in the table.
     #[doc(hidden)]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ impl Carriage {
 #[doc(hidden)]
 pub(crate) type Carried = &'static [(DataKind, Carriage)];
 
-/// The row of character formats: skeletons, motions and skinned meshes.
+/// The treatment of data in formats for characters: skeletons, motions and skinned meshes.
 pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Clips, Carriage::Kept),
     (DataKind::Frames, Carriage::Kept),
@@ -79,8 +79,8 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Textures, Carriage::Kept),
 ];
 
-/// The joints of a scene that are not in `written`, the scene as a format holds it. Also the number of lost joints that
-/// move: their descendants move with them.
+/// The joints of a scene that are not in `written`, the scene as a format holds it. Also the number of these joints
+/// that move, because their descendants lose this motion too.
 pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, DataLoss) {
     let is_left = |node: &Node| written.nodes.iter().all(|other| other.name != node.name);
     let joints = scene
@@ -89,7 +89,7 @@ pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, D
         .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
     let names = joints.filter(|node| is_left(node)).map(|node| node.name.clone());
     let mut has_place: Vec<bool> = scene.nodes.iter().map(|node| !is_left(node)).collect();
-    // Parents precede children.
+    // Parents precede children, so the reverse order visits children first.
     for (index, node) in scene.nodes.iter().enumerate().rev() {
         if let (Some(parent), true) = (node.parent, has_place[index]) {
             has_place[parent.index()] = true;
@@ -163,14 +163,14 @@ fn frames_lost(clip: &Animation, ticks_per_frame: f64) -> usize {
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LedgerOptions {
-    /// Only the root has position channels.
+    /// Whether only the root has position channels.
     pub rotations_only: bool,
-    /// A sidecar file has the unit of length.
+    /// Whether a sidecar file states the unit of length.
     pub sidecar: bool,
 }
 
-/// Whether the files of a format state a unit of length, as the format's row says. A writer that asked the table of
-/// formats would link every reader.
+/// Whether the files of a format state a unit of length, as the format's row says. The writers use this function,
+/// because a writer that used the table of formats would link every reader.
 pub fn states_unit(format: Format) -> bool {
     !matches!(format, Format::Bvh | Format::AsfAmc | Format::Bip)
 }
@@ -187,8 +187,8 @@ impl FormatInfo {
         row.map_or(Carriage::Lost, |(_, carriage)| *carriage)
     }
 
-    /// Whether its files hold the morph targets of an input's meshes. Morph targets of a file that is passed through
-    /// need not be read.
+    /// Whether files of this format hold the morph targets of an input's meshes. Morph targets of a file that is passed
+    /// through need not be read.
     #[doc(hidden)]
     pub fn takes_morph_targets(&self, input: &Path) -> bool {
         let extension = input.extension().unwrap_or_default();
@@ -265,7 +265,7 @@ impl FormatInfo {
     pub fn losses(&self, scene: &Scene, chosen: LedgerOptions) -> Vec<DataLoss> {
         let is_passed = self.keeps_characters && scene.original.is_some();
         let is_kept = self.format == Format::Fbx && scene.metadata.fbx.is_some();
-        // The MikuMikuDance model has them.
+        // In VMD, the MikuMikuDance model has the meshes.
         let is_of_model = self.format == Format::Vmd && scene.metadata.mmd.is_some();
         let unread = |kind: DataKind| -> u64 {
             let is_elsewhere = is_of_model && kind == DataKind::Meshes;
@@ -308,7 +308,7 @@ impl FormatInfo {
         groups.filter_map(warning).collect()
     }
 
-    /// What keeps data of a kind that this format does not.
+    /// The remedy for the loss of a kind of data; `None` if there is none.
     #[doc(hidden)]
     pub fn remedy(&self, kind: DataKind) -> Option<Cow<'static, str>> {
         let remedy = match kind {

@@ -47,7 +47,7 @@ pub(crate) fn write(_: &Scene, _: &WriteOptions) -> Result<Export> {
 }
 
 impl FormatInfo {
-    /// The error of a build without the format. `verb` is the caller's intention.
+    /// The error of a build without the format. `verb` is the action that the caller wanted, such as `read`.
     pub(crate) fn left_out(&self, verb: &str) -> Error {
         let (name, feature) = (self.name, self.feature.unwrap_or_default());
         let message = format!("this build does not {verb} {name}: it was built without the feature `{feature}`");

@@ -5,7 +5,7 @@
 //! row.
 //!
 //! A build without the feature of a format keeps its row, so that its files are recognised and the error names the
-//! feature. It omits only the reader and the writer.
+//! feature. Such a build omits only the reader and the writer of the format.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -136,33 +136,33 @@ pub struct FormatInfo {
     pub description: &'static str,
     /// Extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
-    /// The quality of its reader, by the grades of `docs/formats.md`: excellent, good, fair or no.
+    /// The quality of the reader, by the grades of `docs/formats.md`: excellent, good, fair or no.
     pub reading: &'static str,
-    /// The quality of its writer, by the same grades.
+    /// The quality of the writer, by the same grades.
     pub writing: &'static str,
     /// Whether the first bytes of a file look like this format.
     pub(crate) sniff: fn(&[u8]) -> bool,
-    /// Whether its reader works with [`Blocks`].
+    /// Whether the reader works with [`Blocks`].
     #[doc(hidden)]
     pub reads_blocks: bool,
     /// The feature without which a build omits the format; `None` if every build has it.
     pub feature: Option<&'static str>,
-    /// Whether this build reads it. If not, importing a file gives an error with a remedy.
+    /// Whether this build reads the format. If not, importing a file gives an error with a remedy.
     pub reads: bool,
     /// Reads a whole file, or returns the reason why it cannot be read.
     pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
     /// Makes the files of a scene; absent if the format cannot be written.
     pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Export>>,
-    /// The options that change its files; empty if it cannot be written.
+    /// The options that change files of this format; empty if the format cannot be written.
     pub options: &'static [WriteOption],
-    /// The treatment of each kind of data in its files. Kinds that are not listed are lost.
+    /// The treatment of each kind of data in files of the format. Kinds that are not listed are lost.
     pub(crate) carried: ledger::Carried,
     /// The kinds of data that are kept if a file of the format gets another motion.
     pub(crate) passed_through: &'static [DataKind],
-    /// Whether a file has at most one animation, the first of a scene.
+    /// Whether a file has at most one animation. The writer then writes the first animation of the scene.
     pub has_one_clip: bool,
-    /// Whether a file has the meshes of the motion's source file, with skins and textures. If not, its meshes show the
-    /// skeleton, or it has none.
+    /// Whether a written file has the meshes of the motion's source file, with skins and textures. Files of other
+    /// formats have no meshes, or only a mesh that shows the skeleton.
     pub has_file_meshes: bool,
     /// Whether a written file states the humanoid bone of each joint.
     pub states_bones: bool,
@@ -174,7 +174,7 @@ pub struct FormatInfo {
     /// Whether a file keeps shear in rest transforms: it has matrices, or only positions, or a rest pose of its own.
     #[doc(hidden)]
     pub keeps_shear: bool,
-    /// The contents of its files.
+    /// The contents of a file.
     #[doc(hidden)]
     pub contents: Contents,
     /// Whether a sidecar file can hold data that the format cannot: [`Sidecar`].
@@ -186,15 +186,15 @@ pub struct FormatInfo {
     /// Whether clips have names.
     #[doc(hidden)]
     pub names_clips: bool,
-    /// Whether keys may have any times, which its reader keeps. Other formats have a pose for each frame.
+    /// Whether keys may be at any time, and the reader keeps these times. Other formats have a pose for each frame.
     #[doc(hidden)]
     pub has_key_times: bool,
     /// Whether all clips have one frame rate. A rate near a whole number is written as that number.
     #[doc(hidden)]
     pub has_one_rate: bool,
-    /// The frame rate in frames per second of all of its files, if the format fixes it.
+    /// The frame rate of all files in frames per second; `None` if the format does not fix it.
     pub(crate) rate: Option<f64>,
-    /// Whether its files are packed clips. Only this program writes them, their joints have the axes of the source, and
+    /// Whether files are packed clips. Only this program writes them, their joints have the axes of the source, and
     /// their error bound applies to positions.
     #[doc(hidden)]
     pub is_packed: bool,
@@ -228,7 +228,7 @@ impl fmt::Debug for FormatInfo {
 }
 
 impl FormatInfo {
-    /// The defaults of a row. Each format overrides what differs.
+    /// The defaults of a row. Each format overrides some of them.
     #[doc(hidden)]
     pub const BASE: Self = Self {
         format: Format::Bvh,
@@ -333,8 +333,8 @@ impl FormatInfo {
         })
     }
 
-    /// The mesh option for reading a motion that is then written in this format: its own meshes if the format stores
-    /// meshes, otherwise a mesh that shows the skeleton.
+    /// The mesh option for reading a motion that is then written in this format. If the format stores meshes, the
+    /// meshes of the motion's file, otherwise a mesh that shows the skeleton.
     #[doc(hidden)]
     pub fn mesh(&self, skeleton_only: bool) -> SkeletonMesh {
         match self.has_file_meshes {
@@ -379,10 +379,10 @@ pub struct Source<'a> {
     pub name: &'a Path,
     /// Called with bytes that were read, so that they are hashed while they are in the processor's caches.
     pub release: &'a (dyn Fn(Range<usize>) + Sync),
-    /// Reads a file to which this one refers. Fails if the bytes come from memory, unless the caller has named the
+    /// Reads a file to which this file refers. Fails if the bytes come from memory, unless the caller has named the
     /// file, for example with `Importer::skeleton`.
     pub open: &'a dyn Fn(&Path) -> Result<Vec<u8>>,
-    /// The files with this extension that may belong to this one, sorted: the file that the caller named, or else all
+    /// The files with this extension that may belong to this file, sorted: the file that the caller named, or else all
     /// files in its folder.
     pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
 }
@@ -406,7 +406,7 @@ impl FormatInfo {
     /// The formats, in the order of detection by contents.
     pub const ALL: &[FormatInfo] = &[
         bvh::FORMAT,
-        // Before glTF, because it is also glTF.
+        // Before glTF, because a VRM animation is also glTF.
         gltf::VRM_ANIMATION,
         gltf::FORMAT,
         asf_amc::FORMAT,
@@ -436,9 +436,9 @@ impl FormatInfo {
 pub struct ReadOptions {
     /// How the root's OFFSET and its position channels combine.
     pub root_offset: RootOffset,
-    /// The playback rate in frames per second, instead of the file's own. The motion keeps its frames.
+    /// The playback rate in frames per second, instead of the rate of the file. The motion keeps its frames.
     pub retime: Option<f64>,
-    /// The rate at which curves are sampled in frames per second, instead of the file's own.
+    /// The rate at which curves are sampled in frames per second, instead of the rate of the file.
     pub sampling_rate: Option<f64>,
     /// Whether to read every row of the motion, including rows beyond the declared count.
     pub all_rows: bool,
@@ -451,7 +451,7 @@ pub struct ReadOptions {
     pub for_comparison: bool,
     /// Whether to read the morph targets of meshes.
     pub morph_targets: bool,
-    /// Whether the scene omits its file: [`Scene::original`].
+    /// Whether the scene omits [`Scene::original`], the file from which it was read.
     pub without_original: bool,
     /// Whether the rest pose of an animated glTF is the pose of its nodes, even if a skin has another bind pose.
     pub gltf_rest_of_nodes: bool,
@@ -463,7 +463,7 @@ pub struct ReadOptions {
     pub body: Option<Arc<Body>>,
     /// Whether to keep the unit and the axes that a file states.
     pub file_units: bool,
-    /// Upper bounds.
+    /// Upper bounds for the counts and sizes in a file.
     pub limits: Limits,
     /// The largest number of threads that read one file; `None` means the number of cores.
     pub threads: Option<NonZeroUsize>,
@@ -473,12 +473,12 @@ pub struct ReadOptions {
 #[derive(Clone, Debug, Default)]
 #[doc(hidden)]
 pub struct WriteOptions {
-    /// The name of the file, without a folder. Its extension distinguishes `.gltf` from `.glb`, and its companion files
-    /// are named after it.
+    /// The name of the file, without a folder. The extension distinguishes `.gltf` from `.glb`. Companion files are
+    /// named after the file.
     pub name: String,
-    /// The largest distance of joints from their positions. Default: the format's.
+    /// The largest distance of joints from their positions. Default: the default of the format.
     pub error_bound: Option<ErrorBound>,
-    /// The shell distance in metres, instead of the bound's.
+    /// The shell distance in metres, instead of the shell distance of the bound.
     pub shell_distance: Option<f64>,
     /// The storage of glTF keys. Default: 16-bit integers with a bound, 32-bit floats without one.
     pub compression: Option<gltf::Compression>,
@@ -502,7 +502,7 @@ impl WriteOptions {
         Some(self.with_shell(self.error_bound.clone()?))
     }
 
-    /// The bound, or the usual one if none was requested.
+    /// The bound, or the usual bound if none was requested.
     pub(crate) fn bound_or_usual(&self) -> ErrorBound {
         self.with_shell(self.error_bound.clone().unwrap_or_default())
     }
@@ -533,13 +533,14 @@ impl ReadOptions {
         if rate.is_nan() {
             let error = Diagnostic::new(Code::FrameTime, "the file states no frame rate");
             return Err(Box::new(
-                error.help("state it: {fps} 30; a command without {fps} takes {retime} 30"),
+                error.help("state the rate: {fps} 30, or {retime} 30 in a command without {fps}"),
             ));
         }
         limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| Box::new(diagnostic.help(STATE_THE_RATE)))
     }
 
-    /// The sampling rate of curves in frames per second: the caller's, or else the file's if it is possible.
+    /// The sampling rate of curves in frames per second: the rate that the caller states, or else the rate of the file
+    /// if it is possible.
     #[cfg(feature = "fbx")]
     pub(crate) fn sampling_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let own = || limits::frame_rate(Code::FrameTime, stated).ok();

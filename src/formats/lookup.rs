@@ -28,7 +28,7 @@ impl FormatInfo {
             .unwrap_or(&FormatInfo::ALL[0])
     }
 
-    /// The written format for the extension of `path`, in any case, including formats that this build omits.
+    /// The format to write for the extension of `path`, in any case, including formats that this build omits.
     pub fn of_output(path: &Path) -> Option<&'static Self> {
         let extension = path.extension()?;
         let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);

@@ -1,6 +1,6 @@
-//! Packed clips of this crate. They play without unpacking. Here they are unpacked into a normal scene.
+//! Packed clips of this crate. Packed clips play without unpacking. This module unpacks them into a normal scene.
 //!
-//! `docs/packed-clip.md` describes their bytes; [`PackedClip`] checks them.
+//! `docs/packed-clip.md` describes the bytes; [`PackedClip`] checks them.
 
 use mocap_compress::PackedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -15,7 +15,7 @@ use super::{Export, ExportFile, Failure, FormatInfo, ReadOptions, Source, WriteO
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,
     name: "a packed clip",
-    description: "packed clip of this program",
+    description: "packed clip of mocap",
     extensions: Format::Mclip.extensions(),
     reading: "excellent: the whole clip, or the pose at one tick",
     writing: "excellent",
@@ -91,7 +91,7 @@ fn check_limits(clip: &PackedClip<'_>, options: &ReadOptions) -> Result<(), Fail
         within(
             depth,
             limits.max_depth,
-            &format!("nodes above node {node}, with itself"),
+            &format!("nodes on the path from the root to node {node}"),
         )?;
         let name = clip.name(node).len();
         within(

@@ -105,13 +105,13 @@ fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
     *bounds = Some([low.min(point), high.max(point)]);
 }
 
-/// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
+/// The bounding box of a binary STL file. It has 80 bytes, the number of triangles, then 50 bytes for each triangle.
 pub fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     /// Bytes of a triangle of binary STL: twelve numbers of 32 bits, and an attribute of 16.
     const TRIANGLE: usize = 50;
     let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
     let triangles = &bytes[84..];
-    // The count is only a claim.
+    // The file may have fewer triangles than it claims.
     if triangles.len() / TRIANGLE < count {
         return None;
     }
@@ -129,7 +129,7 @@ pub fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     bounds
 }
 
-/// OBJ: the lines `v x y z`.
+/// The bounding box of an OBJ file, from its lines `v x y z`.
 pub fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
     let text = std::str::from_utf8(bytes).ok()?;
     let mut bounds = None;

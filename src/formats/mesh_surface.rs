@@ -1,8 +1,9 @@
 //! The triangles of a robot's mesh files, for pictures.
 //!
 //! Details that a picture does not show are dropped. In a mesh with many corners, corners within a fiftieth of its size
-//! are merged ([Rossignac and Borrel 1993], vertex clustering). Corners whose faces have the same of six directions
-//! share a normal. A file that cannot be read is skipped with a warning, and its link is drawn without a mesh.
+//! are merged ([Rossignac and Borrel 1993], vertex clustering). Corners at one position share a normal if the normals
+//! of their faces are nearest to the same of the six directions along the axes. A file that cannot be read is skipped
+//! with a warning, and its link is drawn without a mesh.
 
 mod collada;
 
@@ -76,7 +77,7 @@ pub fn corners(bytes: &[u8], path: &Path) -> Option<Corners> {
     (are_placed && corners.len() >= 3 && corners.len() <= 3 * MOST_TRIANGLES).then_some(corners)
 }
 
-/// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
+/// The triangles of a binary STL file. It has 80 bytes, the number of triangles, then 50 bytes for each triangle.
 fn binary_stl(bytes: &[u8]) -> Option<Corners> {
     /// Bytes of a triangle of binary STL: twelve numbers of 32 bits, and an attribute of 16.
     const TRIANGLE: usize = 50;
@@ -102,7 +103,7 @@ fn binary_stl(bytes: &[u8]) -> Option<Corners> {
     Some(corners)
 }
 
-/// STL in text: the lines `vertex x y z`, three for each triangle.
+/// The triangles of a text STL file, from its lines `vertex x y z`, three for each triangle.
 fn text_stl(bytes: &[u8]) -> Option<Corners> {
     let text = std::str::from_utf8(bytes).ok()?;
     let vertices = text
@@ -112,8 +113,8 @@ fn text_stl(bytes: &[u8]) -> Option<Corners> {
     corners.filter(|corners| corners.len() % 3 == 0)
 }
 
-/// OBJ: `v x y z`, and `f` with vertices from 1, or negative from the last one. Numbers after a `/` belong to other
-/// lists.
+/// The triangles of an OBJ file. `v x y z` is a vertex. `f` lists vertices, counted from 1, or with negative numbers
+/// from the last vertex. Numbers after a `/` belong to other lists.
 fn obj(bytes: &[u8]) -> Option<Corners> {
     let text = std::str::from_utf8(bytes).ok()?;
     let mut vertices: Vec<DVec3> = Vec::new();
@@ -184,7 +185,8 @@ pub fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
                     mesh.normals.push(Vec3::ZERO);
                     mesh.vertices.len() as u32 - 1
                 });
-            // Larger faces have more weight. Areas of millimetres are tiny numbers.
+            // Larger faces have more weight. The weight is the square root of the area, because areas in square metres
+            // are tiny numbers.
             mesh.normals[index as usize] += (direction * area.length().sqrt()).as_vec3();
             mesh.indices.push(index);
         }
@@ -195,7 +197,7 @@ pub fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
     (!mesh.indices.is_empty()).then_some(mesh)
 }
 
-/// The nearest of six directions.
+/// The nearest of the six directions along the axes, as an index.
 fn side(direction: DVec3) -> u8 {
     let axis = direction.abs().max_position() as u8;
     2 * axis + u8::from(direction[axis as usize] < 0.0)

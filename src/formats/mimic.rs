@@ -1,4 +1,4 @@
-//! Joints that follow others: `mimic` in URDF and `equality/joint` in MJCF.
+//! Joints that follow other joints: `mimic` in URDF and `equality/joint` in MJCF.
 
 use std::collections::HashMap;
 
@@ -32,15 +32,15 @@ impl MimicNames<'_, '_> {
             .in_joint(self.follower.as_str())
     }
 
-    /// Whether the file has the leader. Warns if not: other URDF readers do not look for the leader, so the follower
-    /// moves independently.
+    /// Whether the file has the leader. Warns if not: in other URDF readers, which do not look for the leader, the
+    /// follower moves independently.
     pub(super) fn has_leader(&self, links: &[RobotLink], warnings: &mut Warnings) -> bool {
         let mut names = links.iter().map(|link| link.joint.name.as_str());
         let has_leader = names.any(|name| name == self.leader);
         if !has_leader {
             warnings.push(Code::InvalidRobot, || {
                 let name = quote(self.leader.as_bytes());
-                let warning = self.diagnostic(format!("no joint is called {name}, so this joint follows none"));
+                let warning = self.diagnostic(format!("no joint is called {name}, so this joint follows no joint"));
                 let names = links.iter().map(|link| link.joint.name.as_str());
                 match nearest(&self.leader, names) {
                     Some(near) => warning.help(format!("did you mean {near}?")),
@@ -76,7 +76,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
     let mut followers: Vec<usize> = mimic_of.keys().copied().collect();
     followers.sort_unstable();
     for &first in &followers {
-        // The followers from this one to the nearest free or resolved joint.
+        // The followers from `first` to the nearest free or resolved joint.
         let mut chain = vec![first];
         let mut end = first;
         while let Some(&(leader, mimic)) = mimic_of.get(&end) {
@@ -115,7 +115,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
     Ok(())
 }
 
-/// Narrows the limits of a leader so that its follower stays within its own.
+/// Narrows the limits of a leader so that its follower stays within the follower's own limits.
 fn narrow(links: &mut [RobotLink], follower: usize, mimic: &Mimic) -> Result<(), String> {
     let own = links[follower].joint.limits;
     let leader = &mut links[mimic.leader].joint;
@@ -131,7 +131,7 @@ fn narrow(links: &mut [RobotLink], follower: usize, mimic: &Mimic) -> Result<(),
         (ends[0].min(ends[1]), ends[0].max(ends[1]))
     };
     let (lower, upper) = (lower.max(leader.limits.lower), upper.min(leader.limits.upper));
-    // Rounding may swap limits that are one number.
+    // Rounding may swap two equal limits.
     if lower > upper + ROUNDING {
         let name = quote(leader.name.as_bytes());
         return Err(format!(

@@ -14,7 +14,7 @@
 //! ```
 //!
 //! Bodies are nested. The joints of a body are applied in order, each about a point of the body. A body with several
-//! joints gets a link for each. A ball joint becomes three hinges about X, Y and Z.
+//! joints gets a link for each joint. A ball joint becomes three hinges about X, Y and Z.
 //!
 //! Missing attributes of an element come from its class, else from the class of the surrounding body, else from the
 //! outermost `<default>`. Angles are in degrees unless the compiler states `radian`. Quaternions are `w x y z`.

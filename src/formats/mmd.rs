@@ -1,7 +1,8 @@
 //! MikuMikuDance: `.pmx`, a model, and `.vmd`, a motion for models with matching bone names.
 //!
-//! A VMD has keys of bones and morphs by name, and no skeleton. It is read with the PMX of its model. Without a model,
-//! it is applied to the bones that most models have, with generic proportions. The frame rate is 30 frames per second.
+//! A VMD has keys of bones and morphs by name, and no skeleton. The reader combines it with the PMX of its model.
+//! Without a model, the motion is applied to the bones that most models have, with generic proportions. The frame rate
+//! is 30 frames per second.
 //!
 //! | files | scene |
 //! |---|---|
@@ -98,7 +99,7 @@ const MOTION_HEAD: &[u8] = b"Vocaloid Motion Data ";
 /// The first bytes of a model.
 const MODEL_HEAD: &[u8] = b"PMX ";
 
-/// Whether it is PMD, or PMX 1.0. These are refused with advice.
+/// Whether the file is PMD, or PMX 1.0. These files are refused with advice.
 fn is_old_model(bytes: &[u8]) -> bool {
     bytes.starts_with(b"Pmd") || bytes.starts_with(b"Pmx")
 }

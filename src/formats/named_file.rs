@@ -1,4 +1,4 @@
-//! The files to which a file may refer: those in its folder and its subfolders. Robots, whose packages have several
+//! The files to which a file may refer: files in its folder and in its subfolders. Robots, whose packages have several
 //! folders, may also refer to nearby parent folders. An absolute path is refused, because opening it may reach another
 //! machine: a Windows share, or a folder that is mounted on access.
 

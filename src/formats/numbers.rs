@@ -1,6 +1,6 @@
-//! The last check of a reader's result: it must not have numbers that kinematics cannot compute with.
+//! The last check of a reader's result: the scene must not have numbers that kinematics cannot compute with.
 //!
-//! Readers detect such numbers where they can state the line of the file. This check finds the remaining ones, for
+//! Readers detect such numbers where they can state the line of the file. This check finds all other such numbers, for
 //! every format.
 
 use glam::Vec3;

@@ -24,7 +24,7 @@ use super::FormatInfo;
 pub enum WriteOption {
     /// A mesh that shows the skeleton, for a file without meshes: `mesh`.
     Mesh,
-    /// Without the meshes and other contents of the input file: `skeleton-only`.
+    /// An output without the meshes and other contents of the input file: `skeleton-only`.
     SkeletonOnly,
     /// Channels for constant tracks: `keep-constant`.
     KeepConstant,
@@ -119,7 +119,7 @@ impl WriteOption {
         }
     }
 
-    /// The only extension of its formats to which it applies; `None` if it applies to all.
+    /// The only extension for which the option has an effect; `None` if it has an effect for every extension.
     fn extension(self) -> Option<&'static str> {
         match self {
             // A .glb contains its buffer.

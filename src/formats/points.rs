@@ -1,4 +1,4 @@
-//! Points without a skeleton, such as the markers of C3D and TRC: a group with a node for each.
+//! Points without a skeleton, such as the markers of C3D and TRC: a group with a node for each point.
 
 use std::collections::HashMap;
 
@@ -91,7 +91,7 @@ fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
         *points_of_name.entry(&track.name).or_default() += 1;
     }
     for track in tracks {
-        // Each name once, at its first point.
+        // One warning for each duplicate name, at its first point.
         let name = track.name.as_str();
         let count = points_of_name.remove(name).unwrap_or_default();
         if count > 1 {
@@ -106,8 +106,8 @@ fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
     }
 }
 
-/// Treats a marker at the origin as unseen if it is there in all frames, or if it would have jumped there. Capture
-/// systems write zeros for unseen markers.
+/// Treats a marker at the origin as unseen if it is there in all frames, or if otherwise the marker would jump to the
+/// origin. Capture systems write zeros for unseen markers.
 pub(crate) fn leave_out_zeros(track: &mut Track) {
     let at_zero = |position: &&Vec3| **position == Vec3::ZERO;
     let zeros = track.positions.iter().filter(at_zero).count();
@@ -138,7 +138,10 @@ fn report_gap(kind: Kind, track: &Track, frames: usize, warnings: &mut Warnings)
         warnings.push(Code::Gap, || {
             let mut message = format!("the {} was not seen in {missing} of {frames} frames", kind.one);
             if track.zeros > 0 {
-                message += &format!(", in {} of which the file has 0, 0, 0", track.zeros);
+                message += &format!(
+                    "; in {} of these frames, the file has the position 0, 0, 0",
+                    track.zeros
+                );
             }
             Diagnostic::new(Code::Gap, message).in_joint(&track.name)
         });

@@ -2,7 +2,7 @@
 //!
 //! Legs and arms are fractions of the height from Drillis and Contini, *Body Segment Parameters* (1966), as in Winter.
 //! They are thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and
-//! hands are round numbers. No body model was measured for it.
+//! hands are round numbers. None of these numbers comes from a body model.
 
 use glam::Vec3;
 
@@ -14,10 +14,10 @@ pub(crate) const HEIGHT: f32 = 1.70;
 /// The height of an ankle in metres (Drillis and Contini, in Winter, Biomechanics and Motor Control of Human Movement).
 const ANKLE: f32 = 0.039 * HEIGHT;
 
-/// The height of a knee in metres, from the same source.
+/// The height of a knee in metres, from the source of `ANKLE`.
 const KNEE: f32 = ANKLE + 0.246 * HEIGHT;
 
-/// The height of a hip in metres, from the same source.
+/// The height of a hip in metres, from the source of `ANKLE`.
 const HIP: f32 = KNEE + 0.245 * HEIGHT;
 
 /// The distance in metres from the middle of the body to the hip joint.

@@ -1,4 +1,4 @@
-//! The provenance of a file: its origin, all decisions and all changes, readable from the file alone.
+//! The provenance of a file: its origin, all decisions and all changes. The provenance is in the file itself.
 
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +31,7 @@ pub struct Provenance {
     /// The file from which the scene was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Origin>,
-    /// The format of that file. Absent if the scene does not come from a file.
+    /// The format of the source file. Absent if the scene does not come from a file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
     /// The number of frames of the written scene.
@@ -48,13 +48,14 @@ pub struct Provenance {
     /// All other decisions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
-    /// The up axis of the file, if it is not +Y. All joints are rotated accordingly.
+    /// The up axis of the file, if it is not +Y. The writer has rotated the axes of all joints to this up axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
     /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
-    /// Joints in frames in which too few markers are seen, before the steps.
+    /// The joints with frames in which too few markers are seen to determine the joint. Frames are counted before the
+    /// steps.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filled: Vec<FilledJoint>,
     /// The origin and licence of the motion.
@@ -89,7 +90,8 @@ impl Provenance {
         }
     }
 
-    /// The provenance of one animation of `scene`. If there are several, it states which one.
+    /// The provenance of one animation of `scene`. If the scene has several animations, the provenance states which one
+    /// this is.
     pub fn of_clip(scene: &Scene, index: usize) -> Self {
         let mut provenance = Self::of_animation(scene, scene.animations.get(index));
         if scene.animations.len() > 1 {
@@ -140,8 +142,8 @@ impl Provenance {
         self
     }
 
-    /// Records in a written scene that its motion is the motion of this provenance, retargeted to its skeleton. The
-    /// steps that changed the skeleton are included.
+    /// Records in a written scene that its motion was retargeted from the motion of this provenance. The steps that
+    /// changed the skeleton are included.
     pub fn record(&self, scene: &mut Scene) {
         let metadata = &mut scene.metadata;
         let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());
@@ -158,7 +160,7 @@ impl Provenance {
         }
     }
 
-    /// The skeleton to which the motion was retargeted, if it is not the source's.
+    /// The skeleton to which the motion was retargeted, if it is not the skeleton of the source.
     #[doc(hidden)]
     pub fn onto(&self) -> Option<&SecondMotion> {
         self.steps.iter().rev().find_map(|step| match step {

@@ -1,6 +1,7 @@
 //! The sidecar of a file whose format cannot state its origin: `walk.bvh.json` next to `walk.bvh`.
 //!
-//! It has the contents of `asset.extras` in glTF, and the SHA-256 of its file, so that it applies to no other file.
+//! The sidecar has the contents of `asset.extras` in glTF, and the SHA-256 of its file, so that it applies to no other
+//! file.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -60,13 +61,13 @@ impl Sidecar {
         serde_json::from_str(str::from_utf8(bytes).ok()?).ok()
     }
 
-    /// Whether it applies to a file with this SHA-256.
+    /// Whether the sidecar applies to a file with this SHA-256.
     #[doc(hidden)]
     pub fn is_about(&self, sha256: &str) -> bool {
         self.sha256 == sha256
     }
 
-    /// Whether it applies to a file with these bytes.
+    /// Whether the sidecar applies to a file with these bytes.
     #[doc(hidden)]
     pub fn is_about_bytes(&self, bytes: &[u8]) -> bool {
         self.is_about(&sum([Cow::Borrowed(bytes)]))

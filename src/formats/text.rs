@@ -14,7 +14,7 @@ use crate::Failure;
 
 /// The bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
 ///
-/// UTF-16 is recognised by its byte order mark, or by a NUL in every other one of the first bytes. Bytes that are not
+/// UTF-16 is recognised by its byte order mark, or by a NUL in every second of the first bytes. Bytes that are not
 /// UTF-8 are kept: they matter only in names, which `decode_name` reads as Latin-1.
 pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     let text = match bytes {
@@ -31,7 +31,7 @@ pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     Ok(text)
 }
 
-/// Whether the first page has a NUL byte, and so is not text.
+/// Whether the first `PAGE` bytes contain a NUL byte. Such a file is not text.
 pub(crate) fn is_binary(text: &[u8]) -> bool {
     /// The number of bytes in which a NUL shows that a file is not text.
     const PAGE: usize = 4096;
@@ -101,7 +101,7 @@ pub struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// Whether it is this keyword, in any case.
+    /// Whether the word is this keyword, in any case.
     pub(crate) fn is(&self, keyword: &str) -> bool {
         self.bytes.eq_ignore_ascii_case(keyword.as_bytes())
     }
@@ -222,8 +222,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The text around a position, and the column of its first character. A row of motion may be megabytes long, so it
-    /// is cut.
+    /// The text around a position, and the column of its first character. A row of motion may be megabytes long, so the
+    /// text is cut.
     fn excerpt(&self, line_start: usize, offset: usize, column: usize) -> (String, usize) {
         /// The number of bytes in an excerpt before the error.
         const BYTES_BEFORE: usize = 60;
@@ -259,7 +259,7 @@ pub struct LineIndex {
 }
 
 impl LineIndex {
-    /// The lines of `text`. CR, LF and CRLF each end one.
+    /// The lines of `text`. CR, LF and CRLF each end a line.
     pub fn new(text: &[u8]) -> Self {
         let is_last_of_end = |&end: &usize| !(text[end] == b'\r' && text.get(end + 1) == Some(&b'\n'));
         let ends = memchr::memchr2_iter(b'\r', b'\n', text).filter(is_last_of_end);

@@ -1,6 +1,6 @@
 //! Shared image helpers for formats with meshes.
 
-/// The type of an image by its first bytes. They are reliable even if the file states another type.
+/// The type of an image by its first bytes. These bytes are reliable even if the file states another type.
 pub(crate) fn media_type(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some("image/png"),

@@ -6,15 +6,15 @@
 //! | 2, 3 | keys, and their values in the next line: `DataRate`, `NumFrames`, `NumMarkers`, `Units` and others |
 //! | 4 | `Frame#`, `Time`, and the name of each marker above the first of its three columns |
 //! | 5 | `X1`, `Y1`, `Z1`, `X2`, ... |
-//! | others | a frame: its number, its time, three numbers of each marker; empty cells if it was not seen |
+//! | others | a frame: its number, its time, three numbers of each marker; empty cells for a marker that was not seen |
 //!
 //! Columns are separated by tabs. Some programs write spaces, in the header or everywhere, and then there are no empty
-//! cells. Positions keep the unit and the axes of the file, which does not state its up axis. A marker that jumps to 0,
-//! 0, 0 was not seen there.
+//! cells. Positions keep the unit and the axes of the file, which does not state its up axis. If a marker jumps to 0,
+//! 0, 0, it was not seen in that frame.
 //!
-//! The writer writes the positions of all joints, or of the markers of a file that has them, in millimetres. Column
-//! names are unique, with `_` for tabs and other control characters. An empty name becomes `Joint`. The format is
-//! described by OpenSim, *Marker (.trc) Files*.
+//! The writer writes the positions of all joints or markers in millimetres. Column names are unique, with `_` for tabs
+//! and other control characters. An empty name becomes `Joint`. The format is described by OpenSim, *Marker (.trc)
+//! Files*.
 
 #[cfg(feature = "trc")]
 mod read;

@@ -30,9 +30,8 @@ impl UniqueNames {
         }
     }
 
-    /// The name of a node in a file, for a format in which quotes are not the only separators. `_` replaces each
-    /// character that is not `allowed`. An empty name becomes `Joint`, `EndSite` or `Group`. A change is added to
-    /// `renamed`.
+    /// The name of a node in a file, for a format that does not quote names. `_` replaces each character that is not
+    /// `allowed`. An empty name becomes `Joint`, `EndSite` or `Group`. A change is added to `renamed`.
     pub(crate) fn of_node(
         &mut self,
         scene: &Scene,

@@ -49,7 +49,7 @@ const UNREAD: [Unread; 5] = [
     },
 ];
 
-/// The error for a file of such a format, recognised by its contents or else by its extension.
+/// The error for a file of a motion format that is not read. The contents or else the extension show the format.
 #[doc(hidden)]
 pub fn unread(bytes: &[u8], name: &Path) -> Option<Diagnostic> {
     let extension = name.extension().unwrap_or_default();

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Links and joints are in any order, and form one tree. The axes of a link are the axes of the joint to its parent.
-//! `rpy` are rotations about the fixed axes X, Y and Z, in this order: `Rz Ry Rx`. Units are metres and radians, +Z is
-//! up.
+//! `rpy` are rotations about the fixed axes X, Y and Z, in this order: `Rz Ry Rx`. Units are metres and radians, and +Z
+//! is up.
 
 #[cfg(feature = "urdf")]
 mod read;

@@ -1,7 +1,7 @@
 //! Universal Scene Description: a UsdSkel skeleton with its animations, and its skinned meshes.
 //!
 //! `write` writes the text form, `.usda`, and `.usdz`, an archive of the text with its textures (`archive`). `read`
-//! reads the skeleton and the animations of both, and `parse` reads the text. The binary form, `.usdc`, is refused. The
+//! makes a scene of a `.usda` or a `.usdz` file, and `parse` reads the text. The binary form, `.usdc`, is refused. The
 //! error names the command that converts it to text.
 //!
 //! Matrices in USD map row vectors, so a row in a file is a column in a scene.
@@ -54,13 +54,14 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 /// The first bytes of the binary form.
 const BINARY: &[u8] = b"PXR-USDC";
 
-/// The kind of each joint of a skeleton: `joint`, `end_site` or `group`.
+/// The attribute with the kind of each joint of a skeleton: `joint`, `end_site` or `group`.
 const KINDS: &str = "mocap:kinds";
 
 /// Marks a mesh that draws the skeleton and does not belong to the character.
 const SKELETON_MESH: &str = "mocap:skeletonMesh";
 
-/// The frame rate of an animation in frames per second. The second constant is its length in frames minus 1.
+/// The attribute with the frame rate of an animation, in frames per second. `DURATION` is the attribute with the number
+/// of frames minus 1.
 const RATE: &str = "mocap:ticksPerSecond";
 const DURATION: &str = "mocap:duration";
 

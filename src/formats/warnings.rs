@@ -5,7 +5,7 @@ use mocap_scene::scene::Scene;
 
 use crate::Failure;
 
-/// The number of warnings per code that are kept with their locations. Further ones are only counted.
+/// The number of warnings per code that are kept with their locations. Further warnings are only counted.
 const MOST_OF_A_CODE: usize = 32;
 
 /// The warning for a file with fewer frames than it states.
@@ -30,13 +30,13 @@ pub(crate) struct Warnings {
 }
 
 impl Warnings {
-    /// Keeps a warning. `warning` is called only if it is kept, because finding its location takes a pass over the
-    /// text.
+    /// Keeps a warning. The closure `warning` is called only if the warning is kept, because finding its location takes
+    /// a pass over the text.
     pub(crate) fn push(&mut self, code: Code, warning: impl FnOnce() -> Diagnostic) {
         self.keep(code, MOST_OF_A_CODE, warning);
     }
 
-    /// Keeps the first warning of a code, and counts the others.
+    /// Keeps the first warning of a code, and counts the further warnings.
     pub(crate) fn tally(&mut self, code: Code, first: impl FnOnce() -> Diagnostic) {
         self.keep(code, 1, first);
     }
@@ -73,7 +73,7 @@ impl Warnings {
         self.kept.retain(|kept| kept.code != code);
     }
 
-    /// The value with the warnings, or the error with them.
+    /// The value with the warnings, or the error with the warnings.
     pub(crate) fn with<T>(self, read: Result<T, Failure>) -> Result<(T, Vec<Diagnostic>)> {
         match read {
             Ok(value) => Ok((value, self.kept)),

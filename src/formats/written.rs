@@ -34,7 +34,7 @@ pub struct Export {
     pub notes: Vec<String>,
     /// Warnings about what a reader of the files may misinterpret, such as [`Code::UnknownUnit`].
     pub warnings: Vec<Diagnostic>,
-    /// Data that the scene, or its source file, has and the files lack. Each loss is also a warning:
+    /// Data that the scene or its source file has, but that the files lack. Each loss is also a warning:
     /// [`Code::NotCarriedOver`].
     pub losses: Vec<DataLoss>,
     /// The renamed nodes.
@@ -68,7 +68,7 @@ impl Export {
         self.files.iter().map(ExportFile::len).sum()
     }
 
-    /// Whether the files have no bytes. Every format writes some.
+    /// Whether the files have no bytes. Every format writes some bytes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -178,7 +178,7 @@ impl ExportFile {
         self.parts.iter().map(FilePart::len).sum()
     }
 
-    /// Whether it has no bytes.
+    /// Whether the file has no bytes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -222,8 +222,8 @@ impl ExportFile {
 /// A renamed node.
 ///
 /// Clients find animated nodes by name or by a path of names, so a duplicate name animates the wrong node. three.js
-/// removes `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. `/`, which separates the names
-/// of a path in Unity, and control characters become `_`. Other characters do not change.
+/// removes `[ ] . : /` and replaces spaces by `_`; names are unique even after these changes. Control characters and
+/// `/`, which separates the names of a path in Unity, become `_`. Other characters do not change.
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -245,9 +245,9 @@ impl fmt::Display for NodeRename {
     }
 }
 
-/// The error of a file against the scene that it was written from. It is measured in double precision on the decoded
-/// values, at the times of the file, with all interpolations of its readers. In glTF these are slerp and nlerp
-/// (component by component).
+/// The error of a file against the scene that it was written from. mocap measures the error in double precision on the
+/// decoded values, at the times of the file, with every interpolation that readers of the format use. In glTF these are
+/// slerp and nlerp (component by component).
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -267,7 +267,7 @@ pub struct Deviation {
 }
 
 impl Deviation {
-    /// Adds the error of another animation, whose lengths are in units of `metres`.
+    /// Adds the error of another animation, whose unit of length is `metres` metres.
     pub(super) fn add(sum: &mut Option<Self>, scene: &Scene, clip: &CompressedClip, metres: f64) {
         let achieved = sum.get_or_insert_default();
         achieved.keys += clip.key_count();
@@ -282,7 +282,7 @@ impl Deviation {
     }
 }
 
-/// A length in a note, without its unit.
+/// A length in millimetres for a note, without the unit.
 pub(super) fn millimetres(metres: f64) -> String {
     format!("{:.4}", metres * 1000.0)
 }

@@ -18,7 +18,7 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     if is_binary(&text) {
         let message = "the file is binary, not XML";
         return Err(Box::new(Diagnostic::new(Code::BinaryFile, message).help(
-            "check that the extension matches the contents of the file, and that it is not compressed",
+            "check that the extension matches the contents of the file, and that the file is not compressed",
         )));
     }
     Ok(without_undeclared_prefixes(without_late_declaration(decode_name(
@@ -26,8 +26,8 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     ))))
 }
 
-/// Replaces an XML declaration after white space with spaces. Other readers accept it there. Byte offsets in the text
-/// do not change.
+/// Replaces an XML declaration after white space with spaces. Other readers accept a declaration after white space.
+/// Byte offsets in the text do not change.
 fn without_late_declaration(mut text: String) -> String {
     let start = text.len() - text.trim_start().len();
     if start > 0
@@ -88,7 +88,7 @@ fn without_undeclared_prefixes(text: String) -> String {
     }
     let mut bytes = text.into_bytes();
     colons.into_iter().for_each(|colon| bytes[colon] = b'_');
-    // A colon in ASCII became another ASCII character.
+    // Only an ASCII character was replaced by another, so the text is still UTF-8.
     String::from_utf8(bytes).unwrap_or_default()
 }
 
@@ -134,7 +134,7 @@ pub(super) fn parse<'a>(text: &'a str, roots: &[&str], limits: &Limits) -> Resul
 
 /// Refuses deep nesting before a parser meets it, by counting opening and closing tags.
 fn check_depth(text: &str, limits: &Limits) -> Result<(), Failure> {
-    // A link of the deepest robot, and its contents.
+    // The deepest element is in a link of the deepest robot.
     let most = limits.max_depth.saturating_add(8);
     let bytes = text.as_bytes();
     let mut depth = 0_usize;
@@ -231,7 +231,7 @@ impl<'a, 'input> Element<'a, 'input> {
         Self::root_with(document, &[])
     }
 
-    /// The outermost element of a file that may include others.
+    /// The outermost element of a file that may include other files.
     pub(super) fn root_with(document: &'a Document<'input>, included: &'a [IncludedFile<'input>]) -> Self {
         Self {
             node: document.root_element(),
@@ -240,7 +240,7 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// The file that it includes.
+    /// The file that an element includes.
     fn includes(&self) -> Option<&'a IncludedFile<'input>> {
         let name = match self.node.is_element() && self.name() == "include" {
             true => self.attribute("file")?,
@@ -304,11 +304,11 @@ impl<'a, 'input> Element<'a, 'input> {
     /// A diagnostic at the element, with its name.
     pub(super) fn diagnostic(&self, code: Code, message: impl Into<String>) -> Diagnostic {
         let start = self.node.range().start;
-        // The bracket and the name.
+        // The diagnostic marks the bracket and the name of the element.
         self.diagnostic_at(start, 1 + self.name().len(), code, message.into())
     }
 
-    /// An error at one of its attributes.
+    /// An error at an attribute of the element.
     pub(super) fn at_attribute(&self, name: &str, code: Code, message: impl Into<String>) -> Diagnostic {
         match self.node.attribute_node(name) {
             Some(attribute) => {

@@ -23,7 +23,7 @@ use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 /// Writes scenes, with options, in every format that mocap writes.
 ///
 /// glTF, VRM animations and packed clips are in metres with +Y up. FBX and USD state their unit. So the exporter needs
-/// the unit of the scene. It takes the first available one:
+/// the unit of the scene. It takes the first unit that is available:
 ///
 /// 1. the unit that you state with [`Conversion`], which converts the scene before the export;
 /// 2. the unit that the source file of the scene states;
@@ -204,7 +204,8 @@ impl Exporter {
         self
     }
 
-    /// The complete motion, if the scene has only some of its frames. It determines the T-pose of a VRM animation.
+    /// The complete motion, if the scene has only some of its frames. The exporter computes the T-pose of a VRM
+    /// animation from the complete motion.
     #[doc(hidden)]
     pub fn t_pose_shown_by(mut self, whole: Option<Box<Scene>>) -> Self {
         self.options.whole = whole;
@@ -219,7 +220,8 @@ impl Exporter {
         self
     }
 
-    /// Whether an output may replace every file except the inputs of [`Exporter::replace`]. Default: `false`.
+    /// Whether an output may replace any existing file except an input. Inputs are the files that the policy of
+    /// [`Exporter::replace`] names. Default: `false`.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -240,8 +242,8 @@ impl Exporter {
         self
     }
 
-    /// Writes `scene` to `path`, and its companion files to the same folder. It writes all files or none: after an
-    /// error the folder is unchanged.
+    /// Writes `scene` to `path`, and its companion files to the same folder. The exporter writes all files or none:
+    /// after an error the folder is unchanged.
     ///
     /// # Errors
     /// - the errors of [`Exporter::write_as`]
@@ -352,7 +354,7 @@ impl Exporter {
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
-        // The writer reports the parts that it dropped in their own notices.
+        // The losses that the writer itself counted are added to the losses of the same kind.
         for loss in std::mem::take(&mut written.losses) {
             match losses.iter_mut().find(|known| known.kind == loss.kind) {
                 Some(known) => known.count += loss.count,
@@ -382,7 +384,7 @@ pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
         row.name,
         lost.join(", ")
     );
-    // If the face is lost, the help must name the face: another clip would not move either.
+    // If the format drops the face, the help must name the face: another clip would not move either.
     let of_face = of_motion().filter(|loss| loss.kind == DataKind::FaceCurves);
     let help = of_face.chain(of_motion()).find_map(|loss| row.remedy(loss.kind));
     let error = Diagnostic::new(Code::Unrepresentable, message);
@@ -399,7 +401,8 @@ fn is_of_unit(warning: &Diagnostic) -> bool {
 /// The warning about a unit or axis that the output needs and the file does not state.
 fn inferred(guess: &Assumption) -> Diagnostic {
     Diagnostic::new(Code::UnknownUnit, format!("inferred {guess}")).help(
-        "if this is wrong, state it first: Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",
+        "if this is wrong, state the unit and the up axis first: \
+         Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",
     )
 }
 
@@ -444,7 +447,7 @@ fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
     if scene.original.as_ref().is_some_and(Original::is_vrm) {
         return Ok(FormatInfo::of(Format::Gltf));
     }
-    let message = "a .vrm keeps the character of a VRM file, but the motion comes from another file";
+    let message = "a .vrm output needs the character of a VRM file, and the motion has no such character";
     let diagnostic = Diagnostic::new(Code::Unrepresentable, message)
         .help("write .glb or .vrma, or retarget the motion to a character: mocap retarget INPUT HERO.vrm");
     Err(Error::from(diagnostic).with_path(path))

@@ -231,8 +231,8 @@ impl Importer {
         Ok(character)
     }
 
-    /// Reads a robot from URDF or MJCF: links, joints, limits and shapes. [`Importer::import`] drops these from the
-    /// scene.
+    /// Reads a robot from URDF or MJCF: links, joints, limits and shapes. The scene of [`Importer::import`] has the
+    /// skeleton, but no limits and shapes.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -279,7 +279,7 @@ impl Importer {
 
     /// Reads a stream, such as standard input, into bytes for [`Importer::read`]. The stream must end within 1 GiB, or
     /// within [`Limits::max_bytes`] if that is less. Reading stops early if the beginning belongs to no known format.
-    /// It does not stop if [`Importer::format`] or the extension of `name` names a format.
+    /// Reading does not stop early if [`Importer::format`] or the extension of `name` names a format.
     ///
     /// ```
     /// let text = &b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n"[..];

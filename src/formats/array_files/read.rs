@@ -52,7 +52,7 @@ fn check_not_empty(source: &Source<'_>) -> Result<()> {
     }
 }
 
-/// The scene of the arrays that `list` finds in a file.
+/// Reads a file into a scene. `list` finds the arrays of the file and passes them to the layouts.
 fn read_by(
     source: &Source<'_>,
     options: &ReadOptions,
@@ -115,7 +115,7 @@ fn see_pickle<T>(bytes: &[u8], see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Fa
     see(&pickle::entries(&pickle))
 }
 
-/// The body model in the bytes of an `.npz` or a pickle; `None` if they have something else.
+/// The body model in the bytes of an `.npz` or a pickle; `None` if the bytes contain no body model.
 ///
 /// # Errors
 /// The errors of the container, and an error for a model with inconsistent arrays.
@@ -132,7 +132,7 @@ pub fn body_model(bytes: &[u8], limits: &Limits) -> Result<Option<BodyModel>> {
 }
 
 impl BodyFrames {
-    /// Adds the persons in a file of one frame: an `.npz`, or a pickle, alone or in an `.npy`.
+    /// Adds the persons in the file of one frame. The file is an `.npz`, a pickle, or an `.npy` that contains a pickle.
     ///
     /// # Errors
     /// The errors of the container, and [`Code::RowLength`] if the arrays have several frames.
@@ -153,7 +153,7 @@ impl BodyFrames {
         read.map_err(|failure| (*failure).into())
     }
 
-    /// The motion of the frames.
+    /// The scene with the motion of all added frames.
     ///
     /// # Errors
     /// [`Code::FrameTime`] if neither a file nor the options state a frame rate.
@@ -167,10 +167,11 @@ impl BodyFrames {
 
 fn no_storage() -> Failure {
     let message = "the pickle refers to tensors that it does not contain";
-    Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("save it with torch.save, as a .pt"))
+    Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("save the tensors with torch.save, as a .pt"))
 }
 
-/// Adds the array of an `.npy` with this name. If it holds objects, adds the arrays of its pickle.
+/// Adds the array of an `.npy` with this name. If the array holds objects, adds the arrays in the pickle of the
+/// objects.
 fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a Bytes<'a>, path_of_entry: &str) -> Result<(), Failure> {
     match npy::read(bytes, path_of_entry)? {
         Npy::Array(array) => entries.arrays.push((name.to_owned(), array)),
@@ -179,7 +180,8 @@ fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a Bytes<'a>, path_of_
     Ok(())
 }
 
-/// Adds the arrays of a pickle in an array of objects. A pickle without a dictionary keeps the name.
+/// Adds the arrays of a pickle in an array of objects. If the pickle has no dictionary, its array has the name of the
+/// array of objects.
 fn add_objects<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a [u8]) -> Result<(), Failure> {
     let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
     let inner = pickle::entries(&pickle);

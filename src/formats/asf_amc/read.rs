@@ -29,7 +29,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
                     Code::NoMotion,
                     "an .asf file holds no motion: the scene has a skeleton and no animation",
                 )
-                .help("import the .amc file; it finds its .asf in the same folder")
+                .help("import the .amc file; mocap finds its .asf file in the same folder")
             });
             scene::build(&skeleton, None, options)
         });
@@ -41,7 +41,7 @@ fn read_pair(source: &Source<'_>, text: &[u8], options: &ReadOptions) -> Result<
     if is_binary(text) {
         return Err(
             Diagnostic::new(Code::BinaryFile, "the file is binary, not an .amc file")
-                .help("check that the extension matches the contents of the file, and that it is not compressed")
+                .help("check that the extension matches the contents of the file, and that the file is not compressed")
                 .into(),
         );
     }
@@ -60,8 +60,8 @@ fn read_skeleton(source: &Source<'_>, path: &Path, options: &ReadOptions) -> Res
     Ok(skeleton::read(&text, &options.limits)?)
 }
 
-/// The skeleton file of a motion: the candidate whose name begins the motion's name (`01.asf` for `01_02.amc`), or else
-/// the only candidate.
+/// The skeleton file of a motion: the candidate whose name is a prefix of the motion's name (`01.asf` for `01_02.amc`),
+/// or else the only candidate.
 fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
     let mut candidates = (source.list)("asf");
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -79,14 +79,14 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
     }
     let help = match candidates.first() {
         Some(first) => format!("name it: {{skeleton}} {}", first.display()),
-        None => "put it into the folder of the motion, or name it: {skeleton} FILE".to_owned(),
+        None => "put the .asf file into the folder of the motion, or name it: {skeleton} FILE".to_owned(),
     };
     let name = source.name.file_name().unwrap_or_default();
     Err(
         Diagnostic::new(Code::MissingFile, "the motion needs a skeleton, an .asf file")
             .expected_found(
                 format!(
-                    "an .asf file in the same folder: one whose name begins {}, or the only one",
+                    "an .asf file in the same folder: one whose name is a prefix of {}, or the only one",
                     name.display()
                 ),
                 list(&candidates),

@@ -50,8 +50,8 @@ pub struct BvhOptions {
     pub digits: Option<usize>,
     /// The joints with position channels.
     pub channels: Channels,
-    /// Whether to write a sidecar file that states how the file was made, because BVH cannot store it: `walk.bvh.json`
-    /// next to `walk.bvh`. Every BVH reader of this crate also reads the sidecar.
+    /// Whether to write a sidecar file, such as `walk.bvh.json` next to `walk.bvh`. It states how the BVH file was
+    /// made, which BVH itself cannot store. Every BVH reader of this crate also reads the sidecar.
     pub sidecar: bool,
 }
 

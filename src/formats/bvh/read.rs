@@ -38,8 +38,8 @@ fn read_memory(
     release: &rows::Release<'_>,
 ) -> Result<Scene, Failure> {
     let text = decode(bytes)?;
-    // The length of the byte order mark, which offsets the ranges to release. A decoded text
-    // is a copy: then the reader does not release memory of the file.
+    // The length of the byte order mark, by which the ranges to release are shifted. If the text is a decoded copy, the
+    // reader releases no memory of the file.
     let before = match text {
         Cow::Borrowed(text) => Some(bytes.len() - text.len()),
         Cow::Owned(_) => None,
@@ -80,7 +80,7 @@ fn read_blocks(
     read_memory(blocks.whole()?, options, warnings, &|_| {})
 }
 
-/// Reads the part before the rows. There is no header if the file ends with its hierarchy.
+/// Reads the part before the rows. A file that ends with its hierarchy has no header of the rows.
 fn read_head(
     cursor: &mut Cursor<'_>,
     options: &ReadOptions,

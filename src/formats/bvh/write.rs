@@ -60,7 +60,7 @@ impl BvhOptions {
 
 impl BvhOptions {
     /// A warning if joint positions in the file will deviate, because BVH has no scales and the position channels may
-    /// not store them. It states the largest distance.
+    /// not store them. The warning states the largest distance.
     ///
     /// # Errors
     /// The errors of [`BvhOptions::write`](crate::bvh::BvhOptions::write).

@@ -56,8 +56,8 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     ))
 }
 
-/// Reads the parameters of a section of stated length. If they end after it but before the data, the stated length is
-/// too small.
+/// Reads the parameters of a section of stated length. If the parameters go on beyond this length but end before the
+/// data, the stated length is too small.
 fn read_parameters(
     bytes: &[u8],
     section: Range<usize>,
@@ -127,12 +127,12 @@ fn not_a_c3d(found: String) -> Failure {
                 "a block number, the byte 0x50, and processor 84, 85 or 86 in that block",
                 found,
             )
-            .help("check that the extension matches the contents of the file, and that it is not compressed"),
+            .help("check that the extension matches the contents of the file, and that the file is not compressed"),
     )
 }
 
-/// Values of the header, or of the parameters if present. They agree in valid files, and parameters can hold larger
-/// numbers.
+/// The values of the header. A value of the parameters replaces the header's value, because parameters can hold larger
+/// numbers. In valid files both values agree.
 #[derive(Debug)]
 struct Header {
     points: usize,
@@ -229,7 +229,8 @@ impl Header {
         Ok(header)
     }
 
-    /// The seconds from the first frame to a time that counts from frame 1, at the rate at which the motion is read.
+    /// Converts a time that counts from frame 1 to the seconds after the first frame, at the rate at which the motion
+    /// is read.
     fn since_first(&self, time: f64) -> f64 {
         let before = self.first.saturating_sub(1) as f64;
         let scale = if self.stated_rate > 0.0 {
@@ -268,7 +269,7 @@ impl Header {
             let message = "the number of analog samples in the header does not match the data; the number in the \
                 parameters was used";
             Diagnostic::new(Code::HeaderCount, message).expected_found(
-                format!("{samples} a frame, as ANALOG:USED and ANALOG:RATE say"),
+                format!("{samples} per frame, as ANALOG:USED and ANALOG:RATE state"),
                 format!("{stated}"),
             )
         });

@@ -60,7 +60,7 @@ struct NodeView<'a> {
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct MeshView<'a> {
-    /// Its name.
+    /// The name of the mesh.
     name: &'a str,
     /// Index of the material.
     material_index: usize,
@@ -94,7 +94,7 @@ struct BoneView<'a> {
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct AnimationView<'a> {
-    /// Its name.
+    /// The name of the animation.
     name: &'a str,
     /// Ticks per second.
     ticks_per_second: f64,

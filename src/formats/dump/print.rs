@@ -42,7 +42,7 @@ pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout:
     Ok(())
 }
 
-/// Prints the meshes, like `printMeshInfo`. In the layout 2017, with their bones and all weights.
+/// Prints the meshes, like `printMeshInfo`. The layout 2017 also prints their bones with all weights.
 pub(super) fn print_mesh_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if layout == Layout::Y2017 {
         return print_mesh_info_2017(out, scene);

@@ -108,11 +108,12 @@ pub struct FbxOptions {
     /// Whether to round a frame rate that is almost a whole number, such as 29.9997. BVH files often have such rates.
     /// Default: `false`.
     pub whole_rate: bool,
-    /// The largest error of a joint in any frame, in metres, and of a shell around the joint that represents its skin.
-    /// The writer drops keys from the curves within this error. Default: none, every key is written.
+    /// The largest error of a joint in any frame, in metres. It also applies to a shell around the joint, which
+    /// represents the joint's skin. The writer drops keys from the curves as long as the error stays below this bound.
+    /// Default: none, every key is written.
     ///
     /// The error limit applies to programs that evaluate the curves of angles, and to programs that interpolate
-    /// rotations between keys. The distance of the shell is the bound's distance, but at least 3 cm.
+    /// rotations between keys. The distance of the shell is the distance that the bound states, but at least 3 cm.
     pub error_bound: Option<ErrorBound>,
     /// Where the images of textures are stored.
     pub textures: FbxTextures,

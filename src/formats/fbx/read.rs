@@ -272,7 +272,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     Ok(kept)
 }
 
-/// An animation stack that the reader made a clip of.
+/// An animation stack from which the reader makes a clip.
 struct Stack<'a> {
     stack: &'a ufbx::AnimStack,
     timeline: Timeline,
@@ -308,8 +308,8 @@ fn read_stack<'a>(
     if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
         return Ok(None);
     }
-    // One frame at the start, and one after each frame time, up to the frame nearest to the end. Each frame of a node
-    // has a rotation, a translation and a scale.
+    // The first frame is at the start of the stack. Then there is a frame after each frame time, up to the frame
+    // nearest to the end. Each frame of a node has a rotation, a translation and a scale.
     let weights = if options.morph_targets {
         file.blend_channels.len()
     } else {

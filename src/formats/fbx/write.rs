@@ -264,7 +264,10 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     Ok(Export {
         notes: Vec::from_iter(report.achieved.as_ref().map(|achieved| {
             let most = millimetres(achieved.max_error);
-            format!("{} keys in {} curves, {most} mm at most", report.keys, report.curves)
+            format!(
+                "{} keys in {} curves; error {most} mm at most",
+                report.keys, report.curves
+            )
         })),
         warnings: report.warnings,
         losses: losses.collect(),

@@ -21,15 +21,15 @@ pub(super) struct Bytes<'a> {
     pub(super) budget: Budget,
 }
 
-/// The number of values that may still be read. Accessors may share bytes, and claim zeros without bytes. So the size
-/// of a file alone does not bound the values.
+/// The number of values that may still be read. Accessors may share bytes, and an accessor without bytes has zeros. So
+/// the size of a file alone does not bound the values.
 pub(super) struct Budget {
     most: u64,
     left: Cell<u64>,
 }
 
 impl Budget {
-    /// The budget for a file of `bytes` bytes, with `streams` bytes compressed.
+    /// The budget for a file of `bytes` bytes, of which `streams` bytes are compressed.
     pub(super) fn new(limits: &Limits, bytes: u64, streams: u64) -> Self {
         const ANY_FILE: u64 = 4 << 20;
         /// The values allowed per byte. Each track of sixty joints may share its bytes with a few others, and a value
@@ -86,7 +86,7 @@ impl Component {
             5126 => Self::F32,
             _ => {
                 return Err(
-                    invalid(format!("{pointer}/componentType"), "the component type does not exist")
+                    invalid(format!("{pointer}/componentType"), "glTF has no such component type")
                         .expected_found("5120 to 5123, 5125 or 5126", format!("{code}"))
                         .into(),
                 );
@@ -104,7 +104,7 @@ impl Component {
 
     /// The number in the bytes of one component.
     fn number(self, b: &[u8], normalized: bool) -> f32 {
-        // The specification's equations for normalized integers.
+        // Normalized integers follow the equations of the specification.
         let integer = |value: f32, most: f32| if normalized { (value / most).max(-1.0) } else { value };
         match self {
             Self::I8 => integer(f32::from(b[0] as i8), 127.0),
@@ -126,7 +126,7 @@ impl Component {
     }
 }
 
-/// The numbers of an accessor with `columns` components. `pointer` is the place in the file that refers to it.
+/// The numbers of an accessor with `columns` components. `pointer` is the JSON pointer to the index of the accessor.
 pub(super) fn numbers(
     root: &Root,
     bytes: &Bytes<'_>,
@@ -173,11 +173,12 @@ pub(super) fn numbers(
     if let Some(sparse) = &accessor.sparse {
         let pointer = format!("{pointer}/sparse");
         if sparse.count > accessor.count {
-            return Err(
-                invalid(format!("{pointer}/count"), "more values are replaced than exist")
-                    .expected_found(format!("at most {}", accessor.count), format!("{}", sparse.count))
-                    .into(),
-            );
+            return Err(invalid(
+                format!("{pointer}/count"),
+                "a sparse accessor replaces more values than the accessor has",
+            )
+            .expected_found(format!("at most {}", accessor.count), format!("{}", sparse.count))
+            .into());
         }
         replace(root, bytes, accessor, columns, component, &pointer, &mut numbers)?;
     }
@@ -194,7 +195,7 @@ pub(super) fn indices(root: &Root, bytes: &Bytes<'_>, index: usize, pointer: &st
     let component = Component::of(accessor.component_type, &pointer)?;
     let view = accessor.buffer_view.filter(|_| accessor.sparse.is_none());
     let Some(view) = view.filter(|_| accessor.shape == "SCALAR" && component.index(&[0; 4]).is_some()) else {
-        return Err(invalid(pointer, "indices are unsigned integers in a buffer view").into());
+        return Err(invalid(pointer, "indices must be unsigned integers in a buffer view").into());
     };
     bytes.budget.take(accessor.count as u64, &format!("{pointer}/count"))?;
     let rows = rows(
@@ -211,7 +212,7 @@ pub(super) fn indices(root: &Root, bytes: &Bytes<'_>, index: usize, pointer: &st
         .collect())
 }
 
-/// Replaces the values of a sparse accessor.
+/// Replaces values of an accessor by the values that its sparse part states.
 fn replace(
     root: &Root,
     bytes: &Bytes<'_>,
@@ -245,7 +246,7 @@ fn replace(
     for (index, value) in std::iter::zip(indices, values) {
         let index = kind
             .index(&index)
-            .ok_or_else(|| invalid(&*at, "indices are unsigned integers"))?;
+            .ok_or_else(|| invalid(&*at, "indices must be unsigned integers"))?;
         let row = numbers
             .chunks_exact_mut(columns)
             .nth(index)

@@ -1,7 +1,7 @@
 //! Makes the bind pose of skins the rest pose of an animated skeleton.
 //!
-//! A node's own transform is what a file shows without animation. In a file with motion it is often a frame of that
-//! motion: writers drop constant tracks, and put their values into the nodes. The skeleton's bind pose is in the
+//! A node's own transform is what a file shows without animation. In a file with motion, this transform is often a pose
+//! of the motion: writers drop constant tracks, and put their values into the nodes. The skeleton's bind pose is in the
 //! inverse bind matrices instead: `bind = inverse(matrix)`, up to one transform that all joints of a skin share. A
 //! joint whose bind pose differs from its node gets the transform of the bind pose, and its node's values as a constant
 //! track. So no pose of the motion changes.
@@ -15,14 +15,16 @@ use mocap_scene::scene::{Channel, Keys, NodeId, Scene};
 use super::file::{File, NodePlace, Transform};
 use super::json::Skin;
 
-/// The smallest rotation between a node and its bind pose that counts, in radians. Compressed matrices are rounded.
+/// The smallest rotation between a node and its bind pose that counts as a difference, in radians. Compressed matrices
+/// are rounded.
 const ROTATED: f32 = 0.005;
 
-/// The smallest distance between a node and its bind pose that counts, as a fraction of the node's distance from its
-/// parent: the rounding of matrices.
+/// The smallest distance between a node and its bind pose that counts as a difference, as a fraction of the node's
+/// distance from its parent: the rounding of matrices.
 const MOVED: f32 = 0.005;
 
-/// The smallest distance between a node and its bind pose that counts, in metres. A smaller one is not visible.
+/// The smallest distance between a node and its bind pose that counts as a difference, in metres. A smaller difference
+/// is not visible.
 const FAR: f32 = 1e-4;
 
 /// The largest relative difference between the scales of a node and its bind pose. A file whose joints are bound at
@@ -56,7 +58,7 @@ pub(super) fn to_rest(file: &File<'_>, placed: &HashMap<usize, NodePlace>, scene
     }
 }
 
-/// The bind transforms of a skin's joints; `None` if the skin has none, or invalid ones.
+/// The bind transforms of a skin's joints; `None` if they are absent or invalid.
 fn bound(file: &File<'_>, skin: &Skin) -> Option<HashMap<usize, Mat4>> {
     let numbers = file.matrices(skin.inverse_bind_matrices?)?;
     let matrices = numbers.chunks_exact(16).map(|numbers| {

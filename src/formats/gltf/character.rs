@@ -1,4 +1,4 @@
-//! A glTF file to which animations are added. The rest is passed through byte by byte.
+//! A glTF file to which animations are added. All other bytes stay unchanged.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -65,7 +65,7 @@ impl Character {
         bones?;
         let broken = meshes::broken_numbers(source, &placed, &scene.nodes, options);
         scene.warnings.extend(broken.into_iter().map(|mut fault| {
-            fault.message = format!("the mesh is copied as it is: {}", fault.message);
+            fault.message = format!("mocap copies the mesh unchanged: {}", fault.message);
             let help = "other programs may not draw it; repair the number, or export the file again";
             fault.help(help)
         }));
@@ -97,8 +97,8 @@ impl Character {
         self.humanoid.as_ref()
     }
 
-    /// The companion files to which this file refers: buffers and images. An output in another folder does not find
-    /// them.
+    /// The companion files to which this file refers: buffers and images. A copy of the file in another folder does not
+    /// find these companion files.
     ///
     /// # Errors
     /// The errors of [`Character::with_animations`].
@@ -106,8 +106,8 @@ impl Character {
         patch::external_files(&self.bytes)
     }
 
-    /// The file with additional animations. With `replace`, they replace its own. A `.glb` or `.vrm` stays one. A
-    /// `.gltf` gets its buffer as a data URI.
+    /// The file with additional animations. With `replace`, these animations replace the animations of the file. A
+    /// `.glb` or `.vrm` keeps its container. A `.gltf` gets its buffer as a data URI.
     ///
     /// # Errors
     /// - [`Code::InvalidGltf`](mocap_scene::Code::InvalidGltf) if the JSON is not UTF-8 or names a section twice.
@@ -127,12 +127,12 @@ impl Character {
     }
 
     /// Like [`Character::with_animations`]. Each animation also states its origin in `extras.mocap`, from `provenance`
-    /// in the same order. `mocap verify` uses it, and an output may be overwritten again: see
+    /// in the same order. `mocap verify` uses the origin. The origin also lets a later output replace the file: see
     /// [`ReplacePolicy`](mocap_scene::files::ReplacePolicy).
     ///
     /// `motions` is a scene with the nodes of [`Character::scene`], followed by the nodes of faces; `Retargeter::scene`
-    /// makes one. The tracks of a face become weights of morph targets and rotations of the eyes. The notes of the
-    /// result list the tracks that cannot be converted.
+    /// makes such a scene. The tracks of a face become weights of morph targets and rotations of the eyes. The notes of
+    /// the result list the tracks that cannot be converted.
     ///
     /// Only the animations are compressed, by [`GltfOptions::compression`] and [`GltfOptions::error_bound`] (in metres)
     /// of `options`. The rest of the file stays unchanged, so constant values of its nodes are not rounded.
@@ -163,8 +163,8 @@ impl Character {
         self.clip_files(clips, replace, &options, "")
     }
 
-    /// The files to write. The character is the last one. If the `.gltf` does not embed the clip buffer, the buffer
-    /// comes before it. A clip may have face tracks, and extras.
+    /// The files to write. The character is the last file. If the `.gltf` does not embed the clip buffer, the buffer
+    /// comes before the `.gltf`. A clip may have face tracks, and extras.
     #[doc(hidden)]
     pub fn clip_files<'a>(
         &self,
@@ -237,8 +237,8 @@ impl Character {
         }
     }
 
-    /// The face parts that an output shows if the file itself is not written. First the parts that [`Self::set_face`]
-    /// shows, then the parts that it shows only in part, without materials.
+    /// The face parts that an output shows if the file itself is not written. The first list has the parts that
+    /// [`Self::set_face`] shows. The second list has the parts that it shows without their effect on materials.
     #[doc(hidden)]
     pub fn shown_faces<'a>(&self, faces: &[&'a Face]) -> (Vec<&'a Face>, Vec<&'a Face>) {
         let face = self.face();
@@ -279,7 +279,7 @@ impl Character {
         json::split(&self.bytes).map_or_else(|_| CharacterFace::default(), |(text, _)| CharacterFace::read(text))
     }
 
-    /// A single file.
+    /// The character with these clips as a single file.
     fn embedded(&self, clips: &[Clip<'_>], replace: bool, options: &GltfOptions) -> Result<(Vec<u8>, GltfReport)> {
         let options = options.clone().buffer(BufferPlace::Embedded);
         let (mut files, report) = self.with(clips, replace, &options, "")?;

@@ -5,7 +5,7 @@
 //! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | every reader |
 //! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | readers of all of core glTF |
 //! | [`Compression::Meshopt`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
-//! | [`Compression::MeshoptKhr`] | the same | the same | the same | readers of KHR_meshopt_compression |
+//! | [`Compression::MeshoptKhr`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of KHR_meshopt_compression |
 //!
 //! Times are 32-bit floats, as glTF requires, without further rounding. The bit rate of a joint depends on the distance
 //! of its descendants, by the hierarchical error metric of the Animation Compression Library (Nicholas Frechette). The
@@ -40,7 +40,7 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// All values.
+    /// All kinds of compression.
     pub const ALL: [Self; 4] = [Self::None, Self::Int16, Self::Meshopt, Self::MeshoptKhr];
 
     /// The name that users type.
@@ -63,7 +63,7 @@ impl Compression {
     }
 }
 
-/// Parses the name.
+/// Parses the name of a compression.
 impl FromStr for Compression {
     type Err = Error;
 

@@ -15,8 +15,8 @@ struct Meshopt {
     constant_step: Option<f64>,
 }
 
-// The fraction of the error bound to which constants are rounded. They are in the JSON, where a digit takes a byte.
-// Tuned on the fixtures.
+// Constants are rounded to a fraction of the error bound. They are in the JSON, where a digit takes a byte. The
+// fractions are tuned on the fixtures.
 
 /// The step of constants as a fraction of the bound, with 16-bit rotations. Another digit takes fewer bytes than the
 /// keys that it saves.
@@ -26,7 +26,7 @@ const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
 const CONSTANT_STEP_OF_MESHOPT: f64 = 1e-2;
 
 impl Compression {
-    /// For a file whose nodes take the constants.
+    /// The encoding for a file whose nodes take the constants.
     pub(super) fn encoding(self) -> &'static dyn Encoding {
         match self {
             Self::None => &Float32,
@@ -39,7 +39,7 @@ impl Compression {
         }
     }
 
-    /// For a file whose nodes stay unchanged.
+    /// The encoding for a file whose nodes stay unchanged.
     pub(super) fn encoding_with_exact_constants(self) -> &'static dyn Encoding {
         match self {
             Self::None => &Float32,

@@ -1,8 +1,8 @@
 //! Converts the face of a VRM animation to a character's expressions, as far as glTF animations allow.
 //!
-//! VRM 1.0 and VRM 0 state for each expression which morph targets it moves, with their weights at weight 1, and how
-//! far the eyes turn with the gaze. These are animated. Material colours and texture offsets are not, because glTF
-//! cannot animate them.
+//! VRM 1.0 and VRM 0 state the morph targets that each expression moves, with the weights of the targets when the
+//! expression has weight 1. They also state how far the eyes rotate with the gaze. These effects are animated. Material
+//! colours and texture offsets are not animated, because glTF cannot animate them.
 
 mod binds;
 mod gaze;
@@ -34,7 +34,7 @@ const GAZE: &str = "lookAt";
 /// The face data of a VRM animation that a character cannot show.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unsaid {
-    /// Sentences.
+    /// The reasons, as sentences.
     pub(super) notes: Vec<String>,
     /// The names of the parts that are lost.
     pub(super) lost: Vec<String>,
@@ -159,7 +159,7 @@ impl CharacterFace {
         self.expressions.iter().any(|own| own.has_more && own.is_of(part))
     }
 
-    /// The morph target weights that differ from the rest weights.
+    /// The tracks of morph target weights that leave the rest weights.
     fn morphs(&self, tracks: &[FaceTrack], ticks: &[f64], looks: &[[f32; 4]]) -> Vec<MorphTrack> {
         let of_expression: Vec<_> = (self.expressions.iter())
             .map(|own| tracks.iter().find(|track| own.is_of(&track.face)))

@@ -38,7 +38,7 @@ pub struct SceneNode {
     /// The index in the file.
     #[doc(hidden)]
     pub index: usize,
-    /// The index of the parent in the list.
+    /// The index of the parent in the list of scene nodes.
     #[doc(hidden)]
     pub parent: Option<usize>,
 }
@@ -53,7 +53,7 @@ pub struct Transform {
     pub rotation: Quat,
     #[doc(hidden)]
     pub scale: Vec3,
-    /// The product of the three, or the matrix of the file, which may have shear.
+    /// The product of translation, rotation and scale, or the matrix of the file, which may have shear.
     #[doc(hidden)]
     pub matrix: Mat4,
 }
@@ -85,7 +85,7 @@ impl<'a> File<'a> {
         let views = views_of_animations(&root);
         let mut wanted = BTreeSet::new();
         for view in views.iter().filter_map(|&view| root.buffer_views.get(view)) {
-            // The fallback of a stream is not read if the stream is.
+            // If the stream of a view is read, the fallback of the view is not read.
             wanted.insert(streams::buffer_of(view));
         }
         let mut buffers: Vec<Option<Cow<'a, [u8]>>> = Vec::new();
@@ -138,8 +138,8 @@ impl<'a> File<'a> {
         animations.filter_map(|animation| provenance_in(animation.extras.as_ref()))
     }
 
-    /// The provenance of the first animation that this crate changed in a file with kept meshes. Animations that it
-    /// added to a character from elsewhere do not count.
+    /// The provenance of the first animation that this crate changed in a file with kept meshes. Animations that this
+    /// crate added to another program's character do not count.
     #[doc(hidden)]
     pub fn provenance_of_kept(&self) -> Option<Provenance> {
         self.provenances_of_animations()
@@ -151,7 +151,8 @@ impl<'a> File<'a> {
         provenance_in(self.root.animations.get(animation)?.extras.as_ref())
     }
 
-    /// The name of a node in the scene from which the file was written. In files of other programs, its name.
+    /// The name of a node in the scene from which the file was written. In files of other programs, the name of the
+    /// node.
     #[doc(hidden)]
     pub fn source_name(&self, node: usize) -> String {
         let node = &self.root.nodes[node];
@@ -238,8 +239,7 @@ impl<'a> File<'a> {
     /// The nodes of the default scene, parents before children. In a file without scenes, all nodes.
     ///
     /// # Errors
-    /// A node has two parents, or is its own ancestor. Also if there are more nodes, or deeper ones, than the limits
-    /// allow.
+    /// A node has two parents or is its own ancestor, or the file has more nodes or levels than the limits allow.
     #[doc(hidden)]
     pub fn nodes(&self) -> Result<Vec<SceneNode>, Failure> {
         let Root { nodes, scenes, .. } = &self.root;
@@ -268,7 +268,7 @@ impl<'a> File<'a> {
         };
         let mut is_listed = vec![false; nodes.len()];
         let mut listed: Vec<SceneNode> = Vec::with_capacity(nodes.len());
-        // An explicit list instead of recursion, so that no file can overflow the call stack. The last one is popped
+        // An explicit list instead of recursion, so that no file can overflow the call stack. The last item is popped
         // first, so children are pushed in reverse.
         let mut open: Vec<(usize, Option<usize>, usize)> = roots.iter().rev().map(|&root| (root, None, 1)).collect();
         while let Some((index, parent, depth)) = open.pop() {
@@ -353,7 +353,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// The extras of an animation but for what this crate wrote; null where there are none.
+/// The extras of an animation without the data that this crate wrote; null if nothing remains.
 pub(super) fn own_extras(extras: Option<&serde_json::Value>) -> serde_json::Value {
     match extras {
         Some(serde_json::Value::Object(members)) => {
@@ -372,7 +372,7 @@ pub(super) fn own_extras(extras: Option<&serde_json::Value>) -> serde_json::Valu
 
 /// The provenance that this crate wrote into the extras of an object.
 fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
-    // Text, as everywhere else: the program has one reader of provenance instead of two.
+    // Parsed from text, so that the program has one reader of provenance instead of two.
     serde_json::from_str(&extras?.get("mocap")?.to_string()).ok()
 }
 
@@ -395,7 +395,7 @@ pub(super) fn implausible(pointer: String, number: f32) -> Diagnostic {
 pub(super) fn degenerate(pointer: String, scale: f32) -> Diagnostic {
     invalid(pointer, "a scale is too small to compute with")
         .expected_found(format!("0, or at least {SMALLEST_SCALE:e}"), format!("{scale:e}"))
-        .help("write 0 to hide an object")
+        .help("to hide an object, set its scale to 0")
 }
 
 /// The views that animations read, in ascending order. Invalid indices are reported where they are used.

@@ -28,7 +28,7 @@ const USUAL_RATES: [f64; 13] = [
 /// The largest frame rate in frames per second, if the file states no rate and its keys follow none.
 const MOST_FRAMES_PER_SECOND: f64 = 240.0;
 
-/// The distance in seconds between keys above which they are not frames.
+/// The distance in seconds between keys above which the keys are not frames.
 const SPARSE: f64 = 0.1;
 
 /// A frame time that this crate has written at `pointer`. 0 means none, because the scene had no motion.
@@ -46,7 +46,7 @@ pub(super) fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, 
 }
 
 /// Keeps only the first keys of a motion that ends before the first frame of the highest rate. No program could play or
-/// write the others.
+/// write the other keys.
 pub(super) fn keep_one_pose(tracks: &mut [Track], animation: usize) -> Option<Diagnostic> {
     let end = f64::from(end_of(tracks));
     let is_too_short = end > 0.0 && end < key_distance();
@@ -75,7 +75,7 @@ pub(super) fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
 }
 
 /// Whether keys can have the frame time that the file states. If the motion is shorter than one frame, the file was
-/// changed since.
+/// changed after it was written.
 pub(super) fn fits(step: f64, tracks: &[Track]) -> bool {
     /// The rounding of times, as a fraction of a frame.
     const ROUNDING: f64 = 1e-3;
@@ -97,12 +97,12 @@ pub(super) fn find_frame_time(tracks: &[Track], weights: &[&mut Keys<f32>]) -> f
         // A whole number of frames from key to key.
         false => step / (step * 30.0).round().max(1.0),
     };
-    // Times are rounded: weight keys 0.1 s apart mean frames at 30 per second.
+    // The times in files are rounded, so a usual rate near the computed rate is meant.
     let is_usual = |rate: &&f64| tracks.is_empty() && (step * **rate - 1.0).abs() < 1e-6;
     USUAL_RATES.iter().find(is_usual).map_or(step, |rate| rate.recip())
 }
 
-/// The times of keys in seconds. If two keys are in one frame, as in a step, the later one.
+/// The times of keys in seconds. Of two keys in one frame, as in a step, only the later time is listed.
 fn times_of(keys: &Keys<f32>) -> Vec<f32> {
     let mut times: Vec<f32> = (0..keys.len()).map(|key| keys.tick(key) as f32).collect();
     let next: Vec<f32> = times.iter().skip(1).copied().chain([f32::INFINITY]).collect();
@@ -116,9 +116,9 @@ fn key_distance() -> f64 {
     MOST_FRAMES_PER_SECOND.recip() / 10.0
 }
 
-/// The time between two keys. It is the key distance of the track with the most keys, if it is constant. Otherwise it
-/// is the frame time of the usual frame rate that has all keys on its frames, or else the shortest one. Without a track
-/// of two keys it is a thirtieth of a second.
+/// The time between two keys. It is the key distance of the track with the most keys, if this distance is constant.
+/// Otherwise it is the frame time of the usual frame rate that has all keys on its frames, or else the shortest
+/// distance. Without a track of two keys it is a thirtieth of a second.
 fn key_step(tracks: &[Vec<f32>]) -> f64 {
     let longest = tracks.iter().map(Vec::as_slice).max_by_key(|times| times.len());
     if let Some(times @ [first, .., last]) = longest {

@@ -28,7 +28,7 @@ pub(super) struct Extensions {
     pub(super) vrm_animation: Option<Value>,
 }
 
-/// A bone that a file states, its node, and the place of the statement.
+/// A bone that a file states, its node, and the JSON pointer to the statement.
 type BoneStatement = (Bone, usize, String);
 
 /// Sets the humanoid bones of the nodes of `scene`, as the file states them. `placed` maps nodes of the file to nodes
@@ -44,7 +44,7 @@ pub(super) fn state(
 ) -> Result<(), Failure> {
     for (bone, index, pointer) in stated_bones(extensions) {
         let found = placed.iter().find(|(node, _)| *node == index);
-        let (_, id) = found.ok_or_else(|| invalid::missing(&pointer, "node in the scene", index, nodes))?;
+        let (_, id) = found.ok_or_else(|| invalid::missing(&pointer, "scene node", index, nodes))?;
         if let Some(other) = scene.nodes[id.index()].humanoid_bone.replace(bone) {
             let message = format!(
                 "node {index} is the bone {}, and cannot be a second bone",
@@ -101,7 +101,8 @@ pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], sc
     warnings
 }
 
-/// The expressions and the gaze of a VRM animation, each with its node and the place of its statement.
+/// The expressions and the gaze of a VRM animation, each with its node and the JSON pointer to the statement of the
+/// file.
 pub(super) fn stated_faces(extensions: &Extensions) -> Vec<(Face, Option<usize>, String)> {
     let Some(animation) = &extensions.vrm_animation else {
         return Vec::new();

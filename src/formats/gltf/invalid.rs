@@ -1,6 +1,6 @@
-//! Errors about invalid glTF, always with a JSON pointer to the place.
+//! Errors about invalid glTF, always with a JSON pointer to the place of the error.
 
-use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::error::{Code, Diagnostic, wrong_value};
 
 /// The file breaks a rule of glTF at `pointer`, such as `/accessors/3/count`. An empty pointer means the whole file.
 pub(super) fn invalid(pointer: impl Into<String>, message: impl Into<String>) -> Diagnostic {
@@ -13,8 +13,17 @@ pub(super) fn invalid(pointer: impl Into<String>, message: impl Into<String>) ->
     diagnostic.help(help)
 }
 
-/// An index of a missing item.
+/// The error for an index whose item is missing.
 pub(super) fn missing(pointer: impl Into<String>, what: &str, index: usize, count: usize) -> Diagnostic {
-    invalid(pointer, format!("there is no {what} {index}"))
-        .expected_found(format!("an index below {count}"), format!("{index}"))
+    let expected = match count {
+        0 => format!("no index, because the file has no {what}"),
+        _ => format!("an index below {count}"),
+    };
+    invalid(pointer, format!("there is no {what} {index}")).expected_found(expected, format!("{index}"))
+}
+
+/// The message of an error about JSON.
+pub(super) fn json_words(error: &serde_json::Error) -> String {
+    let said = error.to_string();
+    wrong_value(&said).unwrap_or(said)
 }

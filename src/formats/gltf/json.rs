@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::humanoid::Extensions;
-use super::invalid::invalid;
+use super::invalid::{invalid, json_words};
 pub(super) use super::{CHUNK_HEADER, HEADER, MAGIC};
 use crate::Failure;
 
@@ -43,7 +43,7 @@ pub(crate) struct Asset {
     pub(super) extras: Option<Value>,
 }
 
-/// The roots of a scene.
+/// The root nodes of a scene.
 #[derive(Deserialize)]
 pub(crate) struct Roots {
     #[serde(default)]
@@ -137,7 +137,7 @@ pub(super) struct SparsePart {
     pub(super) buffer_view: usize,
     #[serde(default)]
     pub(super) byte_offset: usize,
-    /// Only for indices. Values have the accessor's type.
+    /// The number type of indices. The values have the number type of the accessor.
     pub(super) component_type: Option<u32>,
 }
 
@@ -182,7 +182,7 @@ pub(super) fn further_chunks(bytes: &[u8]) -> Result<&[u8], Failure> {
 struct Chunks<'a> {
     json: &'a [u8],
     bin: Option<&'a [u8]>,
-    /// The bytes after both.
+    /// The bytes after the JSON chunk and the binary chunk.
     further: &'a [u8],
 }
 
@@ -191,8 +191,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
     let (json, bin) = split(bytes)?;
     // Names in another encoding are no reason to refuse the motion.
     let text = String::from_utf8_lossy(json);
-    let root: Root = serde_json::from_str(&text)
-        .map_err(|error| invalid(pointer(&text, &error), format!("the JSON cannot be read: {error}")))?;
+    let root: Root = serde_json::from_str(&text).map_err(|error| {
+        let message = format!("the JSON cannot be read: {}", json_words(&error));
+        invalid(pointer(&text, &error), message)
+    })?;
     let version = match &root.asset.version {
         Some(Value::String(version)) => version.clone(),
         Some(other) => other.to_string(),

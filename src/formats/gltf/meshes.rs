@@ -21,13 +21,13 @@ use self::materials::{Images, Lists, item};
 use self::primitive::{Primitive, read_primitive};
 use super::accessors::{self, Budget, Bytes};
 use super::file::{self, File};
-use super::invalid::{invalid, missing};
+use super::invalid::{invalid, json_words, missing};
 use super::json::{self, Root};
 use super::streams;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// The visible parts of a file. Each item is parsed separately, so that a broken one does not affect the others.
+/// The visible parts of a file. Each item is parsed separately, so that a broken item does not affect the other items.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Shown {
@@ -57,8 +57,8 @@ struct MeshJson {
 }
 
 impl MeshJson {
-    /// The names of its morph targets: from the mesh, as the specification suggests, or from a primitive, as UniVRM
-    /// writes them.
+    /// The names of the mesh's morph targets: from the mesh, as the specification suggests, or from a primitive, as
+    /// UniVRM writes them.
     fn target_names(&self) -> Vec<String> {
         let places = [&self.extras]
             .into_iter()
@@ -71,7 +71,8 @@ impl MeshJson {
         names.collect()
     }
 
-    /// The weights of each morph target of a node in every animation, in seconds. Empty if they are not read.
+    /// The weight curves of each morph target of a node in every animation, with keys in seconds. Empty if the targets
+    /// are not read.
     fn motion(&self, file: &File<'_>, node: usize, options: &ReadOptions) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
         let counts = self.primitives.iter().map(|primitive| primitive.targets.len());
         match counts.max().filter(|count| options.morph_targets && *count > 0) {
@@ -169,10 +170,10 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// The place in the scene of a morph target of a file node.
+/// The mesh and the target in the scene that a morph target of the file became.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TargetPlace {
-    /// The index of the node in the file, and the number of the target there.
+    /// The index of the node in the file, and the number of the target in this node.
     pub(super) of_node: (usize, usize),
     pub(super) mesh: usize,
     pub(super) target: usize,
@@ -248,7 +249,7 @@ fn read_all(
 ) -> Result<(), Failure> {
     let (text, bin) = json::split(source.bytes)?;
     let shown: Shown = serde_json::from_str(&String::from_utf8_lossy(text))
-        .map_err(|error| invalid("/meshes", format!("the meshes cannot be read: {error}")))?;
+        .map_err(|error| invalid("/meshes", format!("the meshes cannot be read: {}", json_words(&error))))?;
     let open = |beside: &Path| (source.open)(&source.name.with_file_name(beside));
     let views: Vec<usize> = (0..file.root.buffer_views.len()).collect();
     let size = source.bytes.len() as u64;
@@ -266,7 +267,7 @@ fn read_all(
         numbers: HashMap::new(),
     };
     let mut images = Images::default();
-    // The scene index of each material of the file, and how to use it.
+    // The scene index of each material of the file, and the texture coordinates that its meshes need.
     let mut materials: HashMap<Option<usize>, usize> = HashMap::new();
     let mut read_materials = Vec::new();
     let lists = Lists {
@@ -304,7 +305,7 @@ fn read_all(
         } else {
             &json.weights
         };
-        // A mesh without a name would count as a skeleton's.
+        // A mesh without a name would count as the mesh of a skeleton.
         let name = match mesh_json.name.as_str() {
             "" => "Mesh".to_owned(),
             name => name.to_owned(),

@@ -11,7 +11,7 @@ use crate::Failure;
 /// The filter of a stream's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
-    /// Unfiltered.
+    /// No filter.
     None,
     /// Unit quaternions as four 16-bit integers.
     Quaternion,

@@ -6,7 +6,7 @@ use mocap_scene::error::Result;
 use serde_json::Value;
 
 use super::file::contents_of;
-use super::invalid::invalid;
+use super::invalid::{invalid, json_words};
 use super::json;
 
 /// The JSON of a file, and its buffers.
@@ -14,7 +14,7 @@ use super::json;
 pub struct RawFile {
     #[doc(hidden)]
     pub json: Value,
-    /// `None` if a buffer has no bytes, or if its file is missing.
+    /// The bytes of each buffer. `None` if a buffer has no bytes, or if its file is missing.
     buffers: Vec<Option<Vec<u8>>>,
 }
 
@@ -27,7 +27,7 @@ impl RawFile {
     pub fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
         let (text, bin) = json::split(bytes)?;
         let json: Value = serde_json::from_str(&String::from_utf8_lossy(text))
-            .map_err(|error| invalid("", format!("the JSON cannot be read: {error}")))?;
+            .map_err(|error| invalid("", format!("the JSON cannot be read: {}", json_words(&error))))?;
         let buffers = items(&json, "buffers").iter().enumerate();
         let buffers = buffers.map(|(index, buffer)| match buffer["uri"].as_str() {
             Some(uri) => contents_of(uri, "", open).ok().map(Into::into),
@@ -43,7 +43,7 @@ impl RawFile {
         items(&self.json, name)
     }
 
-    /// The bytes of a buffer view, or of its stream.
+    /// The bytes of a buffer view. If the view is compressed, the bytes of its stream.
     #[doc(hidden)]
     pub fn view(&self, view: &Value) -> Option<&[u8]> {
         let number = |name: &str| usize::try_from(view[name].as_u64()?).ok();

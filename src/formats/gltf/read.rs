@@ -282,7 +282,7 @@ fn weights_of<'a>(scene: &'a mut Scene, morphs: &'a mut [MorphCurves], animation
     targets.filter_map(|animations| animations.get_mut(animation)).collect()
 }
 
-/// Collects the tracks of each node in one channel. A missing track becomes a constant one with the node's own value.
+/// Collects the tracks of each node in one channel. A missing track becomes a constant track with the node's own value.
 fn build_animation(
     name: String,
     tracks: Vec<Track>,

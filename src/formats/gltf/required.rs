@@ -6,8 +6,8 @@ use super::compression::{EXT, KHR};
 use super::invalid::invalid;
 use crate::Failure;
 
-/// Prefixes of extension names that do not affect nodes and animations, but data that the reader does not need:
-/// surfaces, lights, images, geometry, the rules of an avatar.
+/// Prefixes of the names of extensions that do not affect nodes and animations. They affect data that the reader does
+/// not need: surfaces, lights, images, geometry, the rules of an avatar.
 const NOT_OF_MOTION: &[&str] = &[
     "KHR_materials_",
     "KHR_texture_",
@@ -39,7 +39,7 @@ const NOT_OF_MOTION: &[&str] = &[
     "VRM",
 ];
 
-/// The extensions that are read, and those that only meshes use.
+/// The supported extensions.
 const READ: &[&str] = &[EXT, KHR, "KHR_animation_pointer"];
 
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -71,7 +71,7 @@ pub(super) fn check(required: &[String]) -> Result<Vec<Diagnostic>, Failure> {
                         "extensions that do not change nodes or animations",
                         format!("\"{name}\""),
                     )
-                    .help("write the file without it; if it does not concern motion, move it to extensionsUsed")
+                    .help("write the file without this extension; if the extension does not affect motion, move its name from extensionsRequired to extensionsUsed")
                     .into(),
             );
         }

@@ -16,7 +16,8 @@ use super::invalid::{invalid, missing};
 use super::json::{Animation, Channel};
 use crate::Failure;
 
-/// The largest deviation of samples from a curve, as a fraction of the largest value of its track, and of a quaternion.
+/// The largest deviation of samples from a curve, as a fraction of the largest value of the track. For rotations, the
+/// largest deviation of the unit quaternion.
 pub(super) const CURVE_ERROR: f64 = 1e-6;
 
 /// The largest number of samples between two keys of a curve.
@@ -28,7 +29,7 @@ pub struct Track {
     /// The index of the node in the file.
     #[doc(hidden)]
     pub node: usize,
-    /// In seconds, strictly increasing.
+    /// The times of the keys in seconds, strictly increasing.
     #[doc(hidden)]
     pub times: Vec<f32>,
     #[doc(hidden)]
@@ -88,7 +89,7 @@ enum Property {
 }
 
 impl File<'_> {
-    /// The animations.
+    /// The animations of the file.
     #[doc(hidden)]
     pub fn animations(&self) -> impl ExactSizeIterator<Item = &Animation> {
         self.root.animations.iter()
@@ -209,7 +210,7 @@ impl File<'_> {
             Some("STEP") => Some(Bend::Step),
             Some("CUBICSPLINE") => Some(Bend::Curve),
             Some(other) => {
-                let message = "the interpolation does not exist";
+                let message = "glTF has no such interpolation";
                 return Err(invalid(format!("{pointer}/interpolation"), message)
                     .expected_found("LINEAR, STEP or CUBICSPLINE", format!("\"{other}\""))
                     .into());
@@ -244,7 +245,7 @@ pub(super) struct ChannelKeys {
     pub(super) output: String,
 }
 
-/// Unit quaternions. One without length repeats the previous one.
+/// Unit quaternions. A quaternion of length 0 repeats the previous quaternion.
 fn rotations(values: &[f32]) -> Vec<Quat> {
     let mut last = Quat::IDENTITY;
     let rotations = values.chunks_exact(4).map(|value| {
@@ -261,7 +262,7 @@ fn check_times(times: &[f32], pointer: &str) -> Result<(), Failure> {
             .into());
     };
     if !(first.is_finite() && *first >= 0.0) {
-        return Err(invalid(pointer, "a time is not a number of seconds from 0 on")
+        return Err(invalid(pointer, "a time must be a finite number of seconds, 0 or more")
             .expected_found("0 or more", format!("{first}"))
             .into());
     }
@@ -287,7 +288,7 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// Keys whose linear interpolation gives the same motion.
+    /// Keys whose linear interpolation gives the same motion as these keys.
     pub(super) fn straight(self, bend: Option<Bend>, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
         match bend {
             None => Ok(self),
@@ -355,7 +356,7 @@ impl Keys {
             let start = f64::from(self.times[index]);
             for sample in 0..samples {
                 let time = (start + segment.seconds * sample as f64 / samples as f64) as f32;
-                // At the rounded 32-bit time, not at the exact one.
+                // Sample at the rounded 32-bit time, not at the exact time.
                 let fraction = (f64::from(time) - start) / segment.seconds;
                 let value = segment.at(fraction.clamp(0.0, 1.0)).map(|value| value as f32);
                 straight.push(time, &value[..columns]);
@@ -378,7 +379,7 @@ struct Segment<'a> {
 }
 
 impl Segment<'_> {
-    /// The Hermite spline of glTF's appendix C. For rotations, the unit quaternion in its direction.
+    /// The Hermite spline of glTF's appendix C. For rotations, the value is normalized to a unit quaternion.
     fn at(&self, t: f64) -> [f64; 4] {
         let (t2, t3) = (t * t, t * t * t);
         let columns = self.columns;
@@ -410,7 +411,7 @@ impl Segment<'_> {
             if error <= tolerance || samples >= MOST_SAMPLES || !error.is_finite() {
                 return samples;
             }
-            // The error decreases with the square of the number.
+            // The error decreases with the square of the number of pieces.
             let wanted = samples as f64 * (error / tolerance).sqrt();
             samples = (wanted.ceil() as usize).clamp(samples + 1, MOST_SAMPLES);
         }

@@ -24,7 +24,7 @@ struct Contents {
     extensions: Extensions,
 }
 
-/// A part of a file, and the kind to count it as.
+/// An item of the file, and the kind of data as which its loss counts.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Item {
@@ -34,7 +34,7 @@ struct Item {
     extensions: Value,
 }
 
-/// A material.
+/// The textures and other contents of a material.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Surface {
@@ -128,7 +128,7 @@ pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
         if are_meshes_read {
             add(DataKind::SurfaceMaps, file.materials.iter().map(Surface::maps).sum());
         }
-        // The first set is read with its mesh.
+        // The first set of texture coordinates is read with its mesh.
         let read = usize::from(are_meshes_read);
         add(
             DataKind::UvSets,

@@ -2,8 +2,8 @@
 //! states the node of each bone. The rest pose is the T-pose, so a player can pose any VRM character.
 //!
 //! `Exporter` writes the motion of any humanoid. The format is `VRMC_vrm_animation-1.0` of the VRM Consortium's
-//! vrm-specification. `import` reads it like glTF, with the bones that it states. Expressions and the gaze are nodes
-//! with [`Node::face`](mocap_scene::scene::Node::face).
+//! vrm-specification. `import` reads a `.vrma` file like glTF, with the bones that the file states. Expressions and the
+//! gaze are nodes with [`Node::face`](mocap_scene::scene::Node::face).
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -92,7 +92,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     Ok(written)
 }
 
-/// Optional bones of a VRM character, and their dependants.
+/// Optional bones of a VRM character, and the parts of the body that depend on them.
 const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
     (
         &[HumanoidBone::Chest, HumanoidBone::UpperChest],
@@ -107,7 +107,8 @@ const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
 /// The smallest deviation of a body part in degrees that is reported.
 const WORTH_A_WORD: f32 = 1.0;
 
-/// The deviation of body parts on a character without optional bones, whose rotations a player drops, as a sentence.
+/// A sentence about characters without optional bones, if body parts would deviate: a player drops the rotations of
+/// missing bones.
 fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
         let (most, mean) = angles_of(humanoid, bones)?;
@@ -117,13 +118,14 @@ fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     let off: Vec<String> = off.collect();
     (!off.is_empty()).then(|| {
         format!(
-            "bones: on characters that lack optional VRM bones, parts of the body deviate: {}; retarget to such a character to avoid it",
+            "bones: on characters that lack optional VRM bones, parts of the body deviate: {}; to avoid these \
+             errors, retarget to such a character",
             off.join("; ")
         )
     })
 }
 
-/// The largest and the mean angle, in degrees, by which consecutive bones rotate their dependants.
+/// The largest and the mean angle, in degrees, of the common rotation of consecutive bones.
 fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     let clip = humanoid.animations.first()?;
     let rotations = |bone: &HumanoidBone| {
@@ -148,8 +150,8 @@ fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     Some((angles.iter().copied().fold(0.0, f32::max), mean))
 }
 
-/// The document, its notes, the data that its player loses, and the joint data that it lacks. `whole` is the complete
-/// motion, which determines the T-pose.
+/// The document, its report and its notes. Also the data that a player of the document loses, and the joint data that
+/// the document lacks. `whole` is the complete motion, which determines the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,

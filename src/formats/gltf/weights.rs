@@ -64,7 +64,7 @@ impl File<'_> {
         self.curves(&channels, count)
     }
 
-    /// The weights from channels, each with the index of its animation.
+    /// The weights that the channels state. Each channel comes with the index of its animation.
     fn curves(&self, channels: &[(usize, &Channel)], count: usize) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
         let animations = self.animations().len();
         self.bytes.budget.take((count * animations) as u64, "/animations")?;
@@ -88,7 +88,7 @@ fn moves_weights(channel: &Channel) -> bool {
 }
 
 impl SamplerKeys {
-    /// One number of each key. For a curve, with its tangents.
+    /// The numbers of one column, one per key. For curve keys, also the tangents.
     fn of_column(&self, column: usize, bend: Option<Bend>) -> Self {
         let parts = if bend == Some(Bend::Curve) { 3 } else { 1 };
         let parts = self.values.chunks_exact(self.columns).take(parts * self.times.len());

@@ -84,15 +84,15 @@ pub struct GltfOptions {
     /// Whether to write constant tracks as channels too, for engines that blend clips channel by channel. Default:
     /// `false`, only the node has a constant value.
     pub keep_constant: bool,
-    /// The place of a `.gltf` file's buffer. A `.glb` file always contains it.
+    /// The place of a `.gltf` file's buffer. A `.glb` file always contains its buffer.
     pub buffer: BufferPlace,
     /// The storage of keys.
     pub compression: Compression,
     /// The largest distance in metres of a joint or end site from its position in the scene, as a reader decodes the
-    /// file. It applies at every whole tick and at every key of the scene. Within it, keys are removed and numbers are
-    /// rounded, by [`GltfOptions::compression`]. [`GltfReport::achieved`] has the result. Default: none for
-    /// [`Compression::None`], which then keeps every key unchanged. For other compressions it is 1 mm, the default of
-    /// [`ErrorBound`].
+    /// file. The limit applies at every whole tick and at every key of the scene. Within this limit, keys are removed
+    /// and numbers are rounded, by [`GltfOptions::compression`]. [`GltfReport::achieved`] has the result. Default: none
+    /// for [`Compression::None`], which then keeps every key unchanged. For other compressions it is 1 mm, the default
+    /// of [`ErrorBound`].
     pub error_bound: Option<ErrorBound>,
 }
 
@@ -131,8 +131,8 @@ pub struct GltfReport {
     pub animated_tracks: usize,
     /// The number of constant tracks, which became part of a node.
     pub constant_tracks: usize,
-    /// The number of dropped keys whose time rounds to the same 32-bit number as the previous key's. Above 0 only in
-    /// takes of more than 16 million frames.
+    /// The number of dropped keys whose time rounds to the same 32-bit number as the time of the previous key. Above 0
+    /// only in takes of more than 16 million frames.
     pub dropped_keys: usize,
     /// The error of the file, the largest of all animations. Absent if every key was kept unchanged.
     pub achieved: Option<Deviation>,
@@ -185,7 +185,7 @@ enum Content {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Everything but the animations.
+    /// The document without its animations.
     root: gltf_json::Root,
     animations: Vec<text::Animation>,
     bin: Vec<u8>,

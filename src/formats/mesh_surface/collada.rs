@@ -15,7 +15,7 @@ const DEEPEST: usize = 64;
 /// The largest number of elements. A mesh has a few dozen.
 const MOST_ELEMENTS: u32 = 1 << 20;
 
-/// The corners of everything shown, at most `most`.
+/// The corners of all shown triangles, at most `most`.
 pub(super) fn corners(bytes: &[u8], most: usize) -> Option<Corners> {
     let text = std::str::from_utf8(bytes).ok()?;
     let options = ParsingOptions {
@@ -48,7 +48,7 @@ pub(super) fn corners(bytes: &[u8], most: usize) -> Option<Corners> {
     Some(reader.corners)
 }
 
-/// COLLADA has a namespace, but some files have another one or none.
+/// COLLADA has a namespace, but some files have another namespace or none.
 trait TagNameOf {
     fn has_tag_name_of(&self, name: &str) -> bool;
 }

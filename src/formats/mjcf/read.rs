@@ -123,7 +123,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     })
 }
 
-/// Sizes are not negative.
+/// The three sizes of a geom, without their signs.
 fn sizes(numbers: &[f64]) -> DVec3 {
     let size = |index: usize| numbers.get(index).copied().unwrap_or_default().abs();
     DVec3::new(size(0), size(1), size(2))

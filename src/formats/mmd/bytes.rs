@@ -75,7 +75,8 @@ impl<'a> Cursor<'a> {
         self.array().map(f32::from_le_bytes).map(f64::from)
     }
 
-    /// The number of following `what`, each of at least `each` bytes. The count is checked against the remaining bytes.
+    /// The number of the following items, which `what` names. Each item has at least `each` bytes. The count is checked
+    /// against the remaining bytes.
     pub(super) fn count(&mut self, what: &str, each: usize) -> Result<usize, Failure> {
         let at = self.offset;
         let count = self.long()?;
@@ -92,17 +93,17 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Three unchanged numbers.
+    /// Three numbers, without conversion to right-handed axes.
     pub(super) fn numbers(&mut self) -> Result<DVec3, Failure> {
         Ok(DVec3::new(self.real()?, self.real()?, self.real()?))
     }
 
-    /// A right-handed position.
+    /// A position, converted to right-handed axes.
     pub(super) fn position(&mut self) -> Result<DVec3, Failure> {
         Ok(self.numbers()? * DVec3::new(1.0, 1.0, -1.0))
     }
 
-    /// A right-handed rotation.
+    /// A rotation, converted to right-handed axes.
     pub(super) fn rotation(&mut self) -> Result<DQuat, Failure> {
         let [x, y, z, w] = [self.real()?, self.real()?, self.real()?, self.real()?];
         Ok(DQuat::from_xyzw(-x, -y, z, w))

@@ -35,7 +35,7 @@ pub(super) const NAME: &str = "標準";
 enum BonePlace {
     /// The position of a humanoid bone.
     Bone(B),
-    /// This fraction of the way from one bone to another.
+    /// The point at a fraction of the way from the first bone to the second bone.
     Between(B, B, f64),
 }
 
@@ -91,7 +91,7 @@ const SIDE: &[(&str, &str, BonePlace)] = &[
     ("つま先ＩＫ", "足ＩＫ", Of(B::LeftToes)),
 ];
 
-/// The model with all these bones.
+/// The generic model, with all bones of this module.
 pub fn model() -> Model {
     let mut model = Model {
         name: NAME.to_owned(),

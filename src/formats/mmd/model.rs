@@ -38,7 +38,8 @@ const BONE_BYTES: usize = 8 + 12 + 1 + 4 + 2 + 1;
 /// The smallest size of a morph in bytes.
 const MORPH_BYTES: usize = 8 + 1 + 1 + 4;
 
-/// The smallest size of a texture in bytes: an empty text.
+/// The smallest size of a texture entry in bytes. An entry is a file name, and an empty name has only the 4 bytes of
+/// its length.
 const TEXT_BYTES: usize = 4;
 
 /// The smallest size of a material in bytes.
@@ -52,7 +53,7 @@ pub struct Model {
     pub(super) name: String,
     pub bones: Vec<Bone>,
     pub(super) morphs: Vec<String>,
-    /// The number of vertices of its mesh, which is not read.
+    /// The number of vertices of the model's mesh, which is not read.
     pub(super) vertices: usize,
 }
 
@@ -80,14 +81,14 @@ pub(super) struct Inherits {
     pub(super) position: bool,
 }
 
-/// Rotates links so that the target bone reaches this bone.
+/// Inverse kinematics, which rotates links so that the target bone reaches this bone.
 #[derive(Clone, Debug)]
 pub(super) struct Ik {
     pub(super) target: usize,
     pub(super) loops: usize,
-    /// In radians.
+    /// The largest angle of a step, in radians.
     pub(super) step: f64,
-    /// From the target to the root.
+    /// The links, from the target to the root.
     pub(super) links: Vec<Link>,
 }
 
@@ -167,7 +168,7 @@ fn check_parents(bones: &[Bone], limits: &Limits) -> Result<(), Failure> {
                 let message = "a bone is its own ancestor";
                 return Err(Diagnostic::new(Code::InvalidMmd, message)
                     .in_joint(&bones[bone].name)
-                    .help("give it another parent in an editor of models")
+                    .help("give the bone another parent in an editor of models")
                     .into());
             }
             chain.push(index);
@@ -216,7 +217,7 @@ impl<'a> Reader<'a> {
         let mut cursor = Cursor::new(bytes);
         cursor.take(MODEL_HEAD.len())?;
         let version = cursor.real()?;
-        // 2.0 and 2.1, as 32-bit floats.
+        // The versions 2.0 and 2.1 are 32-bit floats.
         if !(1.99..2.2).contains(&version) {
             let message = format!("PMX {version} is not read");
             return Err(Diagnostic::new(Code::UnreadableFormat, message)
@@ -235,13 +236,14 @@ impl<'a> Reader<'a> {
             .map_err(|_| invalid("the header of the model is too short"))?;
         if let Some(wrong) = sizes.iter().find(|size| ![1, 2, 4].contains(*size)) {
             return Err(invalid(format!(
-                "an index has 1, 2 or 4 bytes, and the header says {wrong}"
+                "an index must have 1, 2 or 4 bytes, but the header states {wrong}"
             )));
         }
-        // At most four, in every version.
+        // In every version a vertex has at most four further texture coordinates.
         if encoding > 1 || further > 4 {
             return Err(invalid(format!(
-                "the header of the model is broken: encoding {encoding}, {further} further texture coordinates"
+                "the header of the model is broken: it states the encoding {encoding} and {further} further texture \
+                 coordinates"
             )));
         }
         Ok(Self {
@@ -287,7 +289,7 @@ impl<'a> Reader<'a> {
         match self.index(BONE)? {
             Some(index) if index >= count => Err(Diagnostic::new(
                 Code::InvalidMmd,
-                format!("a bone refers to bone {index}, but the model has {count} bones"),
+                format!("a bone refers to the bone number {index}, but the model has {count} bones"),
             )
             .in_joint(owner)
             .help(super::EXPORT_AGAIN)

@@ -11,9 +11,10 @@
 //! ```
 //!
 //! Names are Shift-JIS, up to the first NUL. The 64 bytes of curves are four rows of 16. Each row is the first row,
-//! shifted by one byte more. The first row begins with the X of the first control point of four curves: x, y, z and the
-//! rotation. Then come its Y, and X and Y of the second control point. Programs write other numbers into the third and
-//! the fourth byte, so every curve is read from the row that begins with it.
+//! shifted by one byte more. The first row begins with four numbers, one for each curve: the X of the first control
+//! point of the curves of x, y, z and the rotation. Then come the Y of this point, and X and Y of the second control
+//! point. Programs write other numbers into the third and the fourth byte, so every curve is read from the row that
+//! begins with it.
 
 use std::collections::BTreeMap;
 
@@ -146,7 +147,7 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Motion, Fail
     if !cursor.is_at_end() {
         warnings.push(Code::TrailingText, || {
             let message = format!(
-                "bytes follow the last table, from byte {}, and were ignored",
+                "the bytes from byte {} on, after the last table, were ignored",
                 cursor.offset()
             );
             Diagnostic::new(Code::TrailingText, message)

@@ -17,7 +17,7 @@ pub fn until_nul(bytes: &[u8]) -> &[u8] {
 
 pub fn decode(bytes: &[u8]) -> String {
     let (name, _) = SHIFT_JIS.decode_without_bom_handling(bytes);
-    // Half of a character, if a name was cut.
+    // A cut name may end with half of a character.
     name.trim_end_matches(char::REPLACEMENT_CHARACTER).to_owned()
 }
 
@@ -71,7 +71,7 @@ pub fn bone(name: &str) -> Option<Bone> {
     }
 }
 
-/// A name with full-width digits and letters converted to ASCII. Models use both.
+/// A name with full-width digits and letters converted to ASCII. Models use both kinds of characters.
 pub fn in_ascii(name: &str) -> String {
     /// The code point distance from a full-width character to its ASCII character.
     const WIDE: u32 = '！' as u32 - '!' as u32;
@@ -82,7 +82,7 @@ pub fn in_ascii(name: &str) -> String {
     name.chars().map(narrow).collect()
 }
 
-/// VRM expressions by the morph names that nearly all models have. The first name of an expression is the one to write.
+/// VRM expressions by the morph names that nearly all models have. The writer uses the first name of an expression.
 #[rustfmt::skip]
 const EXPRESSIONS: &[(&str, &str)] = &[
     ("あ", "aa"), ("い", "ih"), ("う", "ou"), ("え", "ee"), ("お", "oh"),

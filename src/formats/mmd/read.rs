@@ -41,8 +41,9 @@ pub(super) fn motion(source: &Source<'_>, options: &ReadOptions) -> Result<Scene
     warnings.attach_to(read)
 }
 
-/// The model of a motion, with the size of its file. It is the named model, or else a model in the same folder whose
-/// file or model name matches, or the only one there. Otherwise it has generic proportions.
+/// The model of a motion, with the size of its file. It is the model that the caller named. Without one, it is a model
+/// in the same folder whose file name or model name matches, or the only model in the folder. Otherwise it is the
+/// generic model.
 fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Result<(Skeleton, usize)> {
     let candidates = (source.list)("pmx");
     let read = |path: &Path| -> Result<(Model, usize)> {
@@ -80,8 +81,8 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
                     motion.model
                 ),
                 count => format!(
-                    "none of the {count} .pmx files in the motion's folder has the motion's file name or is \"{}\"; \
-                        name one of them as the skeleton",
+                    "none of the {count} .pmx files in the motion's folder has the motion's file name or the model \
+                     name \"{}\"; name one of the files as the skeleton",
                     motion.model
                 ),
             };
@@ -93,7 +94,8 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
 
 type Named<'p> = Option<(Model, usize, &'p PathBuf, String)>;
 
-/// The model whose file name begins the motion's name, or whose model name is in the motion.
+/// The model whose file name equals the motion's, apart from the extension, or else the model whose name the motion
+/// states.
 fn named<'p>(
     motion_file: &Path,
     motion: &Motion,

@@ -46,7 +46,7 @@ pub(super) fn of_model(model: &Model) -> Scene {
             topic: Topic::Meshes,
             choice: "left out".to_owned(),
             reason: format!(
-                "only the skeleton of a model is read; it has {} vertices",
+                "mocap reads only the skeleton of a model, and this model has a mesh of {} vertices",
                 model.vertices
             ),
             confidence: None,
@@ -254,10 +254,10 @@ fn state_bones(nodes: &mut [Node]) {
     }
 }
 
-/// Adds the node of a morph. Its weight is X of its translation. Returns its index.
+/// Adds the node of a morph, and returns its index. The X of the node's translation is the weight of the morph.
 fn add_face(scene: &mut Scene, morph: &str) -> usize {
     let own = names::face(morph);
-    // Custom names may repeat.
+    // Several morphs may have the same custom name.
     let is_preset = matches!(own, Face::Preset(_));
     let is_taken = is_preset && scene.nodes.iter().any(|node| node.face.as_ref() == Some(&own));
     scene.nodes.push(Node {
@@ -355,8 +355,8 @@ fn rows(
     Ok(rows)
 }
 
-/// The rotation about an axis with the angle of another rotation and its sense about the axis. Twist bones rotate about
-/// one axis, whatever their keys.
+/// The rotation about an axis with the angle of another rotation, in the sense in which that rotation turns about the
+/// axis. Twist bones rotate only about this axis, whatever their keys.
 fn about(axis: DVec3, rotation: DQuat) -> DQuat {
     let turn = rotation.to_scaled_axis();
     let angle = if turn.dot(axis) < 0.0 {
@@ -396,7 +396,7 @@ fn channel(scene: &Scene, node: NodeId, rows: &[Local]) -> Channel {
     }
 }
 
-/// Adds the morphs that are ever visible. Their weights are linear between keys.
+/// Adds the morphs with a weight other than 0 in any frame. Their weights are linear between keys.
 fn add_morphs(scene: &mut Scene, motion: &Motion, last: u32, channels: &mut Vec<Channel>) {
     for (name, keys) in &motion.morphs {
         if keys.iter().all(|(_, weight)| *weight == 0.0) {

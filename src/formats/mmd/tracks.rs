@@ -27,7 +27,7 @@ pub(super) fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warni
                 let message = "the model has no bone with this name; its keys were dropped";
                 Diagnostic::new(Code::IgnoredChannel, message)
                     .in_joint(names::decode(name))
-                    .help("name the model of the motion: {skeleton} MODEL.pmx")
+                    .help("if the motion was made for another model, name that model: {skeleton} MODEL.pmx")
             }),
             None => {}
         }
@@ -35,7 +35,7 @@ pub(super) fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warni
     tracks
 }
 
-/// Refuses a motion that moves only bones that the model lacks: its figure would not move.
+/// Refuses a motion that moves only bones that the model lacks: the figure would not move.
 pub(super) fn check_moves(motion: &Motion, model: &Model, tracks: &[Option<&[BoneKey]>]) -> Result<(), Failure> {
     let moves = |keys: &[BoneKey]| keys.iter().any(BoneKey::moves);
     if tracks.iter().flatten().any(|keys| moves(keys)) || motion.morphs.values().any(|keys| keys.len() > 1) {
@@ -57,7 +57,7 @@ pub(super) fn check_moves(motion: &Motion, model: &Model, tracks: &[Option<&[Bon
 }
 
 impl BoneKey {
-    /// Whether it differs from the rest pose.
+    /// Whether the keys differ from the rest pose.
     fn moves(&self) -> bool {
         self.position != DVec3::ZERO || self.rotation.w.abs() < 1.0
     }

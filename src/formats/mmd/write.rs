@@ -22,7 +22,7 @@ use crate::ledger::{joints_left_out, positions_left_out};
 use crate::written::unit_warning;
 use crate::{Export, ExportFile, WriteOptions, numbers};
 
-/// The largest rounding difference, of quaternion components and in units.
+/// The largest rounding difference: of quaternion components, and of positions in units.
 const ROUNDED: f64 = 1e-6;
 
 /// The right-handed keys of a bone at every frame: its offset from its rest position, in units, and its rotation.
@@ -97,7 +97,7 @@ fn for_usual_models() -> Diagnostic {
         .help("write it for a specific model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
 }
 
-/// Whether a name can be written next to the `taken` names. Adds a note if not.
+/// Whether a name can be written in addition to the `taken` names. Adds a note if not.
 fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -> bool {
     let reason = match names::key(name) {
         Some(key) if key.is_empty() => "it is empty",
@@ -115,7 +115,7 @@ fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -
     false
 }
 
-/// Refuses a motion with sparse keys hours apart, as from a wrong frame rate.
+/// Refuses a motion whose few keys are hours apart, for example because of a wrong frame rate.
 fn check_length(animation: &Animation, bones: usize) -> Result<()> {
     let keys = |channel: &Channel| (channel.rotation_keys.len() + channel.position_keys.len()) as u64;
     let stated: u64 = animation.channels.iter().map(keys).sum();

@@ -31,7 +31,7 @@ pub fn parse(word: &[u8]) -> Option<Number> {
     for (spelling, value) in MICROSOFT {
         let start = digits.get(..spelling.len());
         if start.is_some_and(|start| start.eq_ignore_ascii_case(spelling.as_bytes())) {
-            // The runtime pads it to the precision: 1.#IND00.
+            // The runtime pads the spelling to the precision: 1.#IND00.
             let padding = digits[spelling.len()..]
                 .iter()
                 .take_while(|byte| **byte == b'0')

@@ -91,14 +91,14 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The words of a line. If it has tabs, names may contain spaces.
+/// The words of a line. If the line has tabs, names may contain spaces.
 pub(crate) fn words(line: Word<'_>) -> Vec<Word<'_>> {
     let mut found = cells(line);
     found.retain(|cell| !cell.bytes.is_empty());
     found
 }
 
-/// The cells of a line: between tabs, or if it has none, between spaces.
+/// The cells of a line: between tabs, or if the line has no tabs, between spaces.
 pub(crate) fn cells(line: Word<'_>) -> Vec<Word<'_>> {
     let has_tabs = line.bytes.contains(&b'\t');
     let is_end = |byte: &u8| if has_tabs { *byte == b'\t' } else { is_space(*byte) };

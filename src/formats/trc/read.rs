@@ -38,7 +38,7 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         table: Table::new(&text),
     };
     let first = lines.table.next_line().unwrap_or(Word { bytes: b"", offset: 0 });
-    // The second word may follow spaces even if tabs separate the others.
+    // The second word may follow spaces even if tabs separate the other words.
     if !Cursor::new(first.bytes)
         .next_word()
         .is_some_and(|word| word.is(FIRST_WORD))
@@ -183,8 +183,8 @@ fn unnamed(marker: usize) -> String {
     format!("Unnamed_{}", marker + 1)
 }
 
-/// The names if each is above the first of its three columns, so that a marker may have none. `None` if the names are
-/// consecutive.
+/// The names, if each name is above the first of the three columns of its marker; a marker may have no name. `None` if
+/// the names are consecutive.
 fn spread_names(line: Word<'_>) -> Option<Vec<String>> {
     let cells = cells(line);
     let columns = cells.get(BEFORE..)?;
@@ -211,8 +211,8 @@ struct Motion {
 }
 
 impl Motion {
-    /// Whether a row lacks cells. Empty cells at its end may be missing, but not within a marker, and not if spaces are
-    /// the separators.
+    /// Whether a row lacks cells. Empty cells at the end of a row may be missing, unless they are of a marker with
+    /// other cells, or spaces separate the cells.
     fn is_short(&self, line: Word<'_>) -> bool {
         let given = cells(line).len().saturating_sub(BEFORE);
         let has_tabs = line.bytes.contains(&b'\t');
@@ -274,7 +274,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Adds markers for columns after the named ones, if a row has all three numbers.
+    /// Adds markers for columns after the named markers, if a row has all three numbers.
     fn add_unnamed(&mut self, lines: &Table<'_>, cells: &[Word<'_>], warnings: &mut Warnings) -> Result<(), Failure> {
         let beyond = cells.get(BEFORE + self.tracks.len() * 3..).unwrap_or_default();
         let is_whole = |cells: &[Word<'_>]| cells.iter().all(|cell| !cell.bytes.is_empty());
@@ -300,7 +300,7 @@ impl Motion {
                 .at(lines.cursor.locate(*first))
                 .expected_found(format!("columns of {named} markers"), format!("{}", named + more))
                 .help(format!(
-                    "they got the names {} and so on; name them in the file",
+                    "the markers got the names {} and so on; name the markers in the file",
                     unnamed(named)
                 ))
         });
@@ -319,7 +319,7 @@ impl Motion {
                 );
                 Diagnostic::new(Code::TrailingText, message)
                     .at(lines.cursor.locate(*first))
-                    .help("they were ignored, in other frames too")
+                    .help("these numbers were ignored, also in other frames")
             });
         }
     }

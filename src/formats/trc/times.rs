@@ -7,7 +7,8 @@ use mocap_scene::scene::Scene;
 /// The largest difference between a row's time and its frame's time, in frames.
 const SAME_FRAME: f64 = 0.5;
 
-/// Reports a row whose time differs from its frame's. Frames count from 1 or 0, and a cut take may begin later.
+/// Reports a row whose time differs from the time of its frame. Frames count from 1 or 0, and a cut take may begin
+/// later.
 pub(super) fn inspect(bytes: &[u8], scene: &Scene) -> Result<Option<Diagnostic>> {
     let clip = scene.animations.first();
     Ok(clip.and_then(|clip| wrong_time(bytes, clip.ticks_per_second)))
@@ -15,7 +16,7 @@ pub(super) fn inspect(bytes: &[u8], scene: &Scene) -> Result<Option<Diagnostic>>
 
 fn wrong_time(bytes: &[u8], frame_rate: f64) -> Option<Diagnostic> {
     let text = String::from_utf8_lossy(bytes);
-    // The lines before contain the file name, the header and the names.
+    // The first lines contain the file name, the header and the names.
     let rows = text.lines().enumerate().skip(3).filter_map(|(line, row)| {
         let mut cells = row.split('\t').map(str::trim);
         let (frame, time): (f64, f64) = (cells.next()?.parse().ok()?, cells.next()?.parse().ok()?);

@@ -81,8 +81,8 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     })
 }
 
-/// Whether a file with xacro elements is a template that must first be expanded to a robot. It has no joint, or an
-/// expression such as `${length}` in place of a value.
+/// Whether a file with xacro elements is a template that must first be expanded to a robot. A template has no joint, or
+/// an expression such as `${length}` in place of a value.
 fn is_template(root: &Element<'_, '_>) -> bool {
     let parts = || root.children().filter(|child| matches!(child.name(), "link" | "joint"));
     let is_expression = |element: Element<'_, '_>| element.attributes().any(|(_, value)| value.contains("${"));
@@ -335,11 +335,14 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
             let stated = (joint.limits.lower, joint.limits.upper);
             (joint.limits.upper, joint.limits.lower) = stated;
             warnings.push(Code::InvalidRobot, || {
-                let message = "the lower limit of a joint is above the upper one; they were swapped";
+                let message = "the lower limit of a joint is above the upper limit; mocap swapped the limits";
                 limit
                     .at_attribute("lower", Code::InvalidRobot, message)
                     .in_joint(name)
-                    .expected_found("lower at most upper", format!("{} and {}", stated.0, stated.1))
+                    .expected_found(
+                        "a lower limit that is at most the upper limit",
+                        format!("{} and {}", stated.0, stated.1),
+                    )
             });
         }
     }
@@ -442,7 +445,8 @@ fn tree(
     Ok(without_world(ordered))
 }
 
-/// Removes a base that only carries the robot by a floating joint.
+/// Removes a base without mass whose only child is connected by a floating joint: the base is the world, not a part of
+/// the robot.
 fn without_world(mut links: Vec<RobotLink>) -> Vec<RobotLink> {
     let floats = links.get(1).is_some_and(|link| link.joint.kind == JointKind::Floating);
     let carries_one = links.iter().skip(2).all(|link| link.parent != Some(0));

@@ -1,5 +1,5 @@
 //! `.usdz`: a ZIP archive of stored files. Each file begins at a multiple of 64 bytes, so that it can be mapped into
-//! memory. The first file is the stage. (Pixar, Usdz File Format Specification.)
+//! memory. The first file is the stage. The source is Pixar's Usdz File Format Specification.
 
 use std::collections::HashMap;
 
@@ -29,7 +29,7 @@ const LONGEST_COMMENT: usize = 65_535;
 /// The id of the padding extra field, as in Pixar's writer.
 const PADDING: u16 = 0x1986;
 
-/// 1 January 1980, so that equal files give equal bytes.
+/// The date of every file: 1 January 1980, so that equal files give equal bytes.
 const DATE: u16 = 0x0021;
 
 /// The archive of these files; `None` if it would exceed 4 GiB, the largest size that the format can state.
@@ -38,7 +38,7 @@ pub fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
     for (name, bytes) in files {
         let offset = u32::try_from(out.len()).ok()?;
         let size = u32::try_from(bytes.len()).ok()?;
-        // Shared by both headers: version 1.0, no flags, stored, the date, the check sum, the sizes.
+        // The fields that both headers share: version 1.0, no flags, stored, the date, the check sum, the sizes.
         let mut shared = Vec::new();
         for number in [10, 0, 0, 0, DATE] {
             shared.extend(number.to_le_bytes());
@@ -60,7 +60,7 @@ pub fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
         central.extend(CENTRAL);
         central.extend(10_u16.to_le_bytes());
         central.extend(shared);
-        // No extra field, no comment, the first disk, no attributes.
+        // The entry has no extra field, no comment, the first disk, no attributes.
         central.extend([0; 12]);
         central.extend(offset.to_le_bytes());
         central.extend(name.as_bytes());
@@ -83,7 +83,7 @@ pub fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
 pub fn stage(archive: &[u8]) -> Result<&[u8], Failure> {
     entries(archive)?
         .next()
-        .ok_or_else(|| broken("its list of files is missing"))??
+        .ok_or_else(|| broken("the list of its files is missing"))??
         .bytes()
 }
 
@@ -124,12 +124,12 @@ impl<'a> Entry<'a> {
 /// The directory at the end of an archive.
 fn entries(archive: &[u8]) -> Result<impl Iterator<Item = Result<Entry<'_>, Failure>>, Failure> {
     let last = archive.len().checked_sub(END_LENGTH);
-    let last = last.ok_or_else(|| broken("its end is missing"))?;
+    let last = last.ok_or_else(|| broken("the end of the archive is missing"))?;
     let first = last.saturating_sub(LONGEST_COMMENT);
     let end = (first..=last).rev().find(|at| archive[*at..].starts_with(END));
-    let end = end.ok_or_else(|| broken("its end is missing"))?;
+    let end = end.ok_or_else(|| broken("the end of the archive is missing"))?;
     let begin = u32_at(archive, end + 16).map(|at| at as usize);
-    let mut at = begin.ok_or_else(|| broken("its list of files is missing"))?;
+    let mut at = begin.ok_or_else(|| broken("the list of its files is missing"))?;
     let mut left = u16_at(archive, end + 10).unwrap_or_default();
     Ok(std::iter::from_fn(move || {
         left = left.checked_sub(1)?;
@@ -141,7 +141,7 @@ fn entries(archive: &[u8]) -> Result<impl Iterator<Item = Result<Entry<'_>, Fail
         Some(
             entry
                 .map(|(entry, _)| entry)
-                .ok_or_else(|| broken("its list of files is missing")),
+                .ok_or_else(|| broken("the list of its files is missing")),
         )
     }))
 }

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A value is kept as its numbers, or as its strings, in the order of the file. The attribute determines whether they
-//! are a list or a tuple. Nothing here recurses, so that no file is too deep.
+//! are a list or a tuple. The parser does not recurse, so that no nesting is too deep for it.
 
 mod tokens;
 mod variants;
@@ -41,7 +41,7 @@ pub(super) struct Attribute {
     pub(super) value: Option<Value>,
     /// The time samples, sorted by time.
     pub(super) samples: Vec<(f64, Value)>,
-    /// Whether its type is texture coordinates.
+    /// Whether the type of the attribute is texture coordinates.
     pub(super) is_of_texture: bool,
     /// The metadata. Only prims of meshes keep it.
     pub(super) metadata: Metadata,
@@ -76,7 +76,7 @@ impl Prim {
         value.map_or(&[], |value| &value.texts)
     }
 
-    /// The numbers of an attribute. For an animated one, the first numbers.
+    /// The numbers of an attribute. If the attribute is animated, the numbers of its first sample.
     pub(super) fn numbers(&self, name: &str) -> &[f64] {
         let value = self.attributes.get(name).and_then(Attribute::first);
         value.map_or(&[], |value| &value.numbers)
@@ -94,7 +94,7 @@ pub(super) struct Layer<'a> {
     pub(super) text: &'a [u8],
     pub(super) metadata: Metadata,
     pub(super) prims: Vec<Prim>,
-    /// The variant sets without a selection, as prim and set.
+    /// The variant sets without a selection, each as the index of its prim and its name.
     pub(super) unselected: Vec<(usize, String)>,
 }
 
@@ -116,7 +116,7 @@ impl Layer<'_> {
     }
 }
 
-/// Attributes that show that a mesh has a skin. It may inherit them from an ancestor.
+/// Attributes that show that a mesh has a skin. The mesh may inherit these attributes from an ancestor.
 const INHERITED: [&str; 4] = [
     "skel:animationSource",
     "skel:skeleton",
@@ -421,14 +421,14 @@ impl<'a> Parser<'a> {
                 Some(b';' | b',') => self.tokens.pass(1),
                 _ => {
                     let mut name = self.tokens.word()?;
-                    // `prepend apiSchemas = [...]`
+                    // Metadata such as `prepend apiSchemas = [...]`.
                     while self.tokens.peek() != Some(b'=') {
                         name = self.tokens.word()?;
                     }
                     self.tokens.pass(1);
                     let value = self.value()?;
                     found.insert(text_of(name), value);
-                    // `@file@</Prim> (offset = 1)`
+                    // A reference such as `@file@</Prim> (offset = 1)`.
                     if self.tokens.peek() == Some(b'<') {
                         self.tokens.delimited(b'>')?;
                     }

@@ -5,7 +5,7 @@
 //! | the first `Skeleton`; a further one gives a warning | nodes |
 //! | `joints`, `jointNames` | the graph, and the names |
 //! | `restTransforms`, or else `bindTransforms` | the rest pose |
-//! | transforms of the skeleton's ancestor prims | a parent node of its roots, which moves if they move |
+//! | transforms of the skeleton's ancestor prims | a parent node of the roots, which moves if an ancestor prim moves |
 //! | each `SkelAnimation` with a joint of the skeleton | an animation; the one that is bound comes first |
 //! | time codes | ticks, of `timeCodesPerSecond`, or of the rate that a file of this crate states |
 //! | skinned meshes, with their materials | meshes |
@@ -172,7 +172,7 @@ fn metadata_number(layer: &Layer<'_>, name: &str) -> Option<f64> {
     layer.metadata.get(name)?.numbers.first().copied()
 }
 
-/// Metres per unit: the centimetre if the layer states none, USD's default.
+/// Metres per unit of the layer. If the layer states no unit, USD's default: the centimetre.
 fn metres(layer: &Layer<'_>) -> Result<f64, Failure> {
     /// Metres per unit if the layer states none: USD's default, the centimetre.
     const DEFAULT: f64 = 0.01;
@@ -184,7 +184,7 @@ fn metres(layer: &Layer<'_>) -> Result<f64, Failure> {
     )?)
 }
 
-/// The up axis: +Y if the layer states none, USD's default.
+/// The up axis of the layer. If the layer states none, USD's default: +Y.
 fn up(layer: &Layer<'_>) -> Result<UpAxis, Failure> {
     let stated = layer.metadata.get("upAxis").and_then(|value| value.texts.first());
     match stated.map(String::as_str) {

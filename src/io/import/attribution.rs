@@ -14,8 +14,8 @@ const NAME: &str = "mocap.toml";
 /// The largest size in bytes. A larger file is not an attribution file of mocap.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Adds the statements of the `mocap.toml` files near `path` to a scene, if its own file does not make them. The
-/// nearest file wins.
+/// Adds the statements of the `mocap.toml` files near `path` to a scene, if the motion's own file does not make these
+/// statements. Of several `mocap.toml` files, the nearest one decides.
 pub(super) fn complete(scene: &mut Scene, path: &Path) -> Result<()> {
     let Ok(path) = std::path::absolute(path) else {
         return Ok(());
@@ -41,8 +41,8 @@ fn text_of(path: &Path) -> Result<Option<String>> {
     Ok(Some(text))
 }
 
-/// The `mocap.toml` files near `paths`, each with warnings about its patterns that match no file of its folder and of
-/// the folders in it. These folders are read only if a pattern matches none of `paths`.
+/// The `mocap.toml` files near `paths`, each with its warnings. A warning names a pattern that matches no file in the
+/// folder of the `mocap.toml` or in its subfolders. These folders are read only if a pattern matches none of `paths`.
 #[doc(hidden)]
 pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<(PathBuf, Vec<Diagnostic>)> {
     let absolute = paths.into_iter().filter_map(|path| std::path::absolute(path).ok());
@@ -56,7 +56,7 @@ pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<
     let here = std::env::current_dir().ok();
     let warnings = near.into_iter().filter_map(|(folder, paths)| {
         let path = folder.join(NAME);
-        // The import of a motion reports a file that cannot be read.
+        // The import of a motion reports a `mocap.toml` that cannot be read.
         let text = text_of(&path).ok()??;
         let mut names: Vec<String> = paths.into_iter().filter_map(name_of).collect();
         if Attribution::unmatched_patterns(&text, &names).is_empty() {

@@ -7,7 +7,7 @@ use glam::Vec3;
 use mocap_figure::convert::Conversion;
 use mocap_figure::robot_bones::robot_scene;
 use mocap_figure::vrm_humanoid;
-use mocap_formats::{Body, Contents, ReadOptions, Source, body_model};
+use mocap_formats::{Body, Contents, FormatInfo, ReadOptions, Source, body_model};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone, Scene};
@@ -41,7 +41,8 @@ impl Importer {
         let row = importer.find_format(file.bytes, file.name);
         if row.is_ok_and(|row| row.contents == Contents::Robot) {
             let robot = importer.robot(file)?;
-            // A robot without legs cannot take a person's rotations, but it has joints.
+            // A robot without legs cannot take a person's rotations. It is still accepted, because arrays of its joint
+            // positions need only its joints.
             let bones = bones(robot_scene(&robot)).unwrap_or_default();
             return Ok(Body::Robot(Box::new(robot), bones));
         }
@@ -52,6 +53,13 @@ impl Importer {
     pub(super) fn check_body(&self, scene: &Scene) -> Result<()> {
         if self.body.is_none() || is_array(scene) {
             return Ok(());
+        }
+        let extension = self.body.as_ref().and_then(|body| body.extension()).unwrap_or_default();
+        let mut robots = FormatInfo::ALL.iter().filter(|row| row.contents == Contents::Robot);
+        if robots.any(|row| row.extensions.iter().any(|own| extension.eq_ignore_ascii_case(own))) {
+            let message = "the file has its own skeleton, so it is not a motion of the robot's joints";
+            let help = "name a file of joint positions, as mocap robot writes: .npz, .pkl or .csv";
+            return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
         }
         let message = "{body} is for arrays of rotations, but this file has its own skeleton";
         let help = "omit {body}; mocap retarget transfers the motion to another body";

@@ -1,7 +1,8 @@
 //! Opens input files, and checks their size against the limits while reading.
 //!
-//! Files are read, not mapped into memory. If another program shortens a mapped file, the process that reads it ends.
-//! If another program changes a mapped file, a reader would meet bytes that it has already checked.
+//! Files are read, not mapped into memory. If another program shortened a mapped file, the operating system would end
+//! the process that reads it. If another program changed a mapped file, a reader would meet bytes that it has not
+//! checked.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -61,21 +62,22 @@ pub(super) fn open_named(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     read_file(file, metadata.len(), path, limits)
 }
 
-/// The bytes of a regular file of `size` bytes. If the size changes meanwhile, the bytes that are there.
+/// The bytes of a regular file of `size` bytes. If the size changes during reading, returns the bytes that the file
+/// then has.
 fn read_file(file: File, size: u64, path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     check_size(size, path, limits)?;
     let mut bytes = Vec::new();
     let reserved = bytes.try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1));
     reserved.map_err(|error| Error::io(path, io::Error::new(io::ErrorKind::OutOfMemory, error)))?;
-    // One byte more than allowed shows that the file has grown beyond the limit.
+    // Reading one byte more than the limit shows that the file has grown beyond the limit.
     let read = file.take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes);
     read.map_err(|error| Error::io(path, error))?;
     check_size(bytes.len() as u64, path, limits)?;
     Ok(bytes)
 }
 
-/// The bytes of a stream. Unless the format is known, the beginning must show it. So reading stops early at an endless
-/// stream that is no motion.
+/// The bytes of a stream. Unless the format is known, the beginning must belong to a known format. This check stops
+/// reading early at an endless stream that is no motion.
 pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, is_known: bool) -> Result<Vec<u8>> {
     let most = limits.max_bytes.min(LONGEST_STREAM);
     let mut bytes = Vec::new();
@@ -90,7 +92,7 @@ pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, i
         let diagnostic = Diagnostic::new(Code::UnknownFormat, message).help("name the format: {from}");
         return Err(Error::from(diagnostic).with_path(name));
     }
-    // The list doubles as it grows, up to the limit.
+    // The buffer doubles as it grows, up to the limit.
     while bytes.len() as u64 <= most {
         let before = bytes.len();
         let more = (before as u64).max(BEGINNING).min(most + 1 - before as u64);
@@ -103,7 +105,7 @@ pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, i
     }
     let diagnostic = Diagnostic::new(Code::LimitExceeded, "the stream is longer than the limits allow")
         .expected_found(format!("at most {most} bytes"), "more")
-        .help("write it to a file first");
+        .help("write the stream to a file first");
     Err(Error::from(diagnostic).with_path(name))
 }
 
@@ -122,13 +124,13 @@ pub(super) fn check_size(size: u64, path: &Path, limits: &Limits) -> Result<()> 
     if size <= limit {
         return Ok(());
     }
-    let diagnostic = Diagnostic::new(Code::LimitExceeded, "the file is larger than Limits::max_bytes")
+    let diagnostic = Diagnostic::new(Code::LimitExceeded, "the file is larger than the limits allow")
         .expected_found(format!("at most {limit} bytes"), format!("{size} bytes"));
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// The files with this extension, in any case, in the folder of `path`, sorted by name. Empty if the folder cannot be
-/// listed. The caller reports what is missing.
+/// The files with this extension, in any case, in the folder of `path`, sorted by name. The list is empty if the folder
+/// cannot be listed. The caller then reports the missing file.
 pub(super) fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,

@@ -29,8 +29,8 @@ impl Importer {
         path.is_dir() && !Self::reads_folder(path)
     }
 
-    /// Whether a path is a folder with the frames of one take: its first file of arrays holds a single frame, or its
-    /// last file if the first is broken. Otherwise each file of arrays is a motion.
+    /// Whether a path is a folder with the frames of one take. The first file of arrays decides: a take has a single
+    /// frame in each file. If the first file is broken, the last file decides.
     pub(super) fn reads_folder(path: &Path) -> bool {
         let is_frame = |(_, path): &(Option<u64>, PathBuf)| {
             let bytes = fs::read(path);
@@ -79,7 +79,7 @@ impl Importer {
     }
 }
 
-/// `3 files are the frames 0, 1, 2 of one take`.
+/// A sentence such as `3 files are the frames 0, 1, 2 of one take`.
 fn one_take(files: usize, numbers: &[u64]) -> String {
     let named: Vec<String> = match numbers {
         [first, .., last] if numbers.len() > NAMED => vec![first.to_string(), "...".to_owned(), last.to_string()],
@@ -153,8 +153,9 @@ fn numbers(stem: &str) -> Vec<u64> {
     numbers.filter_map(|digits| digits.parse().ok()).collect()
 }
 
-/// The position of the frame number among the numbers in the names, counted from the last. It is the number with the
-/// most distinct values: in `shot_12_0` and `shot_13_0` the first, because the second is a person.
+/// The position of the frame number among the numbers in the names, counted from the last. The frame number is the
+/// number with the most distinct values. In `shot_12_0` and `shot_13_0` it is the first number, because the second
+/// number is a person.
 fn place_of_frame(numbers: &[Vec<u64>]) -> usize {
     let all = numbers.iter().map(Vec::len).min().unwrap_or(0);
     let values = |place: usize| numbers.iter().map(|own| own[place]).collect::<HashSet<u64>>().len();

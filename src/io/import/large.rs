@@ -1,4 +1,4 @@
-//! A large file. Reads it block by block, and completely only if a reader requests that.
+//! A large file that is read block by block, and completely only if a reader requests that.
 
 use std::fs::File;
 use std::io::{self, Read, Seek};
@@ -20,7 +20,7 @@ pub const BLOCK: u64 = 1 << 18;
 pub struct LargeFile {
     beginning: Vec<u8>,
     size: u64,
-    /// The bytes of a block.
+    /// The number of bytes in a block.
     block: u64,
     state: Mutex<State>,
     pub whole: OnceLock<Pages>,
@@ -87,10 +87,10 @@ impl LargeFile {
         self.state().sum = Some(sum);
     }
 
-    /// The hash of the whole file, if it was started.
+    /// The hash of the whole file, if [`Self::start_hash`] was called.
     pub(super) fn finish_hash(&self) -> io::Result<String> {
         let mut state = self.state();
-        // The rest, if the reader did not need the rest.
+        // Reads the rest of the file if the reader did not need it.
         let mut block = Vec::new();
         while self.whole.get().is_none() && state.read(&mut block, self.block, self.size)? > 0 {
             block.clear();
@@ -171,9 +171,10 @@ impl Blocks for LargeFile {
     }
 }
 
-/// The remaining bytes of a file of `size` bytes. If the size changes meanwhile, the bytes that are there.
+/// The remaining bytes of a file of `size` bytes. If the size changes during reading, returns the bytes that the file
+/// then has.
 fn read_pages(mut file: &File, size: u64) -> io::Result<Pages> {
-    // One byte more finds the end of the file.
+    // Reading one byte more finds the end of the file.
     let capacity = usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1);
     let mut memory = MmapMut::map_anon(capacity)?;
     // The system may ignore this advice.

@@ -18,7 +18,7 @@ use mocap_formats::gltf::Character;
 pub struct MemoryFile<'a> {
     /// The file name in errors, with its folder if there is one. The extension sets the format if the contents do not.
     pub name: &'a str,
-    /// Its contents.
+    /// The contents of the file.
     pub bytes: &'a [u8],
 }
 
@@ -30,8 +30,8 @@ impl<'a> MemoryFile<'a> {
 }
 
 impl Importer {
-    /// Reads bytes into a scene. `name` is the file name in errors. Its extension sets the format if the contents do
-    /// not. Opens no file except the file of [`Importer::skeleton`].
+    /// Reads bytes into a scene. `name` is the file name in errors. The extension of the name sets the format if the
+    /// contents do not. Opens no file except the file of [`Importer::skeleton`].
     ///
     /// # Errors
     /// - [`Code::UnknownFormat`](mocap_scene::Code::UnknownFormat): the format is unknown.

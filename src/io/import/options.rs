@@ -119,7 +119,7 @@ impl Importer {
         self
     }
 
-    /// The animations to keep. Default: all. From arrays with several persons one person is read, such as
+    /// The animations to keep. Default: all. A file of arrays with several persons yields one person, for example with
     /// `Clips::Name("person_1")`. The default is the person with the most frames.
     ///
     /// ```
@@ -160,9 +160,9 @@ impl Importer {
         self
     }
 
-    /// The bone lengths of a skeleton that is solved from joint positions. Default: medians. Import fails with
-    /// [`Code::InvalidValue`] if nothing is solved. It also fails for markers, because their skeleton always has
-    /// constant lengths.
+    /// The bone lengths of a skeleton that is solved from joint positions. Default: [`Lengths::Median`], the median of
+    /// each length over the frames. Import fails with [`Code::InvalidValue`] if nothing is solved. It also fails for
+    /// markers, because their skeleton always has constant lengths.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -204,7 +204,7 @@ impl Importer {
         self
     }
 
-    /// A file of a standing person, with markers that the motion may lack, such as those inside of knees and ankles.
+    /// A file of a standing person, with markers that the motion may lack, such as markers inside of knees and ankles.
     /// The import then solves a skeleton, with `markers("auto")` unless [`Importer::markers`] is set.
     ///
     /// ```
@@ -242,7 +242,7 @@ impl Importer {
 
     /// The format. Default: detected from the contents, or else from the extension.
     ///
-    /// With this option a file whose beginning is broken is still read as that format, and the error names the line.
+    /// With this option, a file whose beginning is broken is still read as the format, and the error names the line.
     ///
     /// ```
     /// use mocap::Importer;
@@ -281,8 +281,8 @@ impl Importer {
     }
 
     /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file with its own meshes, such as FBX,
-    /// keeps them instead. With [`SkeletonMesh::Own`] a file without meshes gets none. With [`SkeletonMesh::None`] the
-    /// scene has no meshes at all, and importing takes less time.
+    /// keeps its meshes instead. With [`SkeletonMesh::Own`] a file without meshes gets no mesh. With
+    /// [`SkeletonMesh::None`] the scene has no meshes at all, and importing takes less time.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -306,8 +306,8 @@ impl Importer {
     /// only the skeleton and the animations are read. A mesh that cannot be read is skipped with a
     /// [`Code::IgnoredMesh`] warning.
     ///
-    /// The meshes are in [`Scene::meshes`]. Each has bones, like meshes of an FBX file. A mesh without a skin is bound
-    /// to its node. Morph targets have the initial weights of the file.
+    /// The meshes are in [`Scene::meshes`]. Each mesh has bones, like the meshes of an FBX file. A mesh without a skin
+    /// is bound to its node. Morph targets have the initial weights of the file.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -332,7 +332,8 @@ impl Importer {
         self.skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true)
     }
 
-    /// An importer of characters. It reads their meshes. It reads their morph targets if this importer reads them.
+    /// An importer of characters, which reads their meshes. It reads their morph targets if this importer reads morph
+    /// targets.
     #[must_use]
     #[doc(hidden)]
     pub fn for_characters(&self) -> Self {
@@ -416,8 +417,8 @@ impl Importer {
     }
 
     /// Whether a warning fails the import. Default: `false`, [`Scene::warnings`] has the warnings. With `true` the
-    /// first warning becomes the error, and [`Error::warnings`] has the others. Marker gaps are not a fault: they stay
-    /// warnings.
+    /// first warning becomes the error, and [`Error::warnings`] has the other warnings. Marker gaps are not a fault:
+    /// they stay warnings.
     ///
     /// ```
     /// use mocap::Importer;
@@ -450,7 +451,7 @@ impl Importer {
     }
 
     /// The largest number of threads that read one file. Default: 0, the number of cores. The scene does not depend on
-    /// it. One thread reads files below a few MB.
+    /// the number of threads. One thread reads files below a few MB.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -21,7 +21,7 @@ use super::large::LargeFile;
 use super::sha256::Sha256Sum;
 
 impl Importer {
-    /// Reads a file; `source` has its beginning.
+    /// Reads a file. `source` has the beginning of the file.
     #[doc(hidden)]
     pub fn read_large(&self, file: &LargeFile, source: &Source<'_>) -> Result<Scene> {
         let io_error = |error| Error::io(source.name, error);
@@ -94,8 +94,8 @@ impl Importer {
             .map_err(|error| error.with_path(source.name))
     }
 
-    /// Like [`Importer::read`], for a BVH file. A program that calls only this function contains no other reader, so it
-    /// is small enough to load over a network.
+    /// Like [`Importer::read`], for a BVH file. A program that calls only `read_bvh` contains no other reader, so it is
+    /// small enough to load over a network.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -120,7 +120,7 @@ impl Importer {
         bvh::FORMAT
             .read(&source, &self.read)
             .and_then(|mut scene| {
-                // Bytes have no folder. So the readers of companion files and the table of formats are not linked.
+                // Bytes have no folder, so the readers of companion files and the table of formats are not linked.
                 self.select(&mut scene)?;
                 scene.metadata.origin = Some(origin(&scene, source.name, sha256));
                 self.complete(&mut scene);
@@ -184,7 +184,8 @@ impl Importer {
         numbers::check(scene)
     }
 
-    /// The last step after every reader.
+    /// The last step after every reader: adds the mesh of the skeleton, finds the nodes of channels, and reduces
+    /// constant tracks.
     fn complete(&self, scene: &mut Scene) {
         if scene.meshes.is_empty() {
             scene.add_skeleton_mesh(self.skeleton_mesh);
@@ -213,7 +214,7 @@ impl Importer {
     }
 }
 
-/// Sets the node of every channel for which the reader did not. Finds the node by name, as [`Binding::new`] does.
+/// Sets the node of every channel for which the reader set no node. Finds the node by name, as [`Binding::new`] does.
 fn name_nodes_of_channels(scene: &mut Scene) {
     for index in 0..scene.animations.len() {
         let animation = &scene.animations[index];

@@ -10,13 +10,14 @@ use mocap_solve::markers::{Known, solve_markers};
 
 use super::{Importer, is_array};
 
-/// The value for labels of the known sets. With a colon and a name, only the labels of that subject.
+/// The value that selects the joint set by the labels of the file. `auto:NAME` selects only the labels of the subject
+/// NAME.
 const AUTO: &str = "auto";
 
 impl Importer {
     /// Solves rotations from the positions of a scene without a skeleton.
     pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
-        // A standing trial is of use only for a skeleton from markers.
+        // A standing trial is needed only if the skeleton is computed from markers.
         let implied = self.standing.as_ref().filter(|_| self.joints.is_none()).map(|_| AUTO);
         let markers = self.markers.as_deref().or(implied);
         let set = match &self.joints {

@@ -26,11 +26,12 @@ const WINDOW_BITS: u8 = 15;
 pub(super) struct Archive<'a> {
     bytes: &'a [u8],
     zip: ZipArchive<Cursor<&'a [u8]>>,
-    /// The remaining bytes that may be inflated.
+    /// The number of bytes that may still be inflated.
     left: u64,
-    /// The remaining bytes of the archive for entries. Overlapping entries would make a large size from a small file.
+    /// The number of stored bytes that further entries may use. Without this limit, the overlapping entries of a small
+    /// archive could have a large total size.
     stored: u64,
-    /// Inflated entries by their number, because many tensors may be views of one storage.
+    /// Inflated entries by their index in the archive, because many tensors may be views of one storage.
     inflated: HashMap<usize, Bytes<'a>>,
 }
 
@@ -93,7 +94,7 @@ impl<'a> Archive<'a> {
         self.stored = self
             .stored
             .checked_sub(length as u64)
-            .ok_or_else(|| refused("it overlaps another".to_owned()))?;
+            .ok_or_else(|| refused("it overlaps another entry".to_owned()))?;
         let bytes = match method {
             CompressionMethod::Stored => Bytes::File(stored),
             CompressionMethod::DEFLATE => self.inflate(name, stored, size)?,
@@ -105,7 +106,7 @@ impl<'a> Archive<'a> {
         };
         if bytes.len() as u64 != size || crc32(0, &bytes) != sum {
             return Err(refused(
-                "its length or its check sum differs from the stated one".to_owned(),
+                "its length or its check sum differs from the stated value".to_owned(),
             ));
         }
         self.inflated.insert(index, bytes.clone());
@@ -122,7 +123,7 @@ impl<'a> Archive<'a> {
             );
             return Err(Box::new(
                 limit_exceeded(expected, format!("{size} bytes in {name}"))
-                    .help("save it without compression, with numpy.savez, or save a part of the motion"),
+                    .help("save the arrays without compression, with numpy.savez, or save a part of the motion"),
             ));
         };
         self.left = left;

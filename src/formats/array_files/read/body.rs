@@ -1,10 +1,10 @@
-//! The body for arrays of rotations: a file with a model of the SMPL family, or the bones of any figure. Also the robot
-//! for arrays of joint positions.
+//! The body that the caller gives for arrays of rotations: a model of the SMPL family from a file, or the bones of any
+//! figure. For arrays of a robot's joint positions, the caller gives the robot.
 //!
 //! A model states its vertices at rest (`v_template`), the vertices that surround each joint (`J_regressor`), and how
 //! shape coefficients move the vertices (`shapedirs`). The joints of a body with the coefficients `b` are `J_regressor
-//! (v_template + shapedirs b)` (Loper et al., *SMPL*, 2015, equations 8 and 10). The regressor is applied once to both,
-//! so that only a few numbers of a file of many megabytes are kept.
+//! (v_template + shapedirs b)` (Loper et al., *SMPL*, 2015, equations 8 and 10). mocap applies `J_regressor` once to
+//! `v_template` and to `shapedirs`. Of a file of many megabytes, it keeps only these few products.
 
 use std::collections::BTreeMap;
 
@@ -19,20 +19,21 @@ use super::ndarray::{Entries, NdArray};
 use super::proportions;
 use crate::Failure;
 
-/// The largest number of shape coefficients. Models have 10 to 300; coefficients of faces follow them.
+/// The largest number of shape coefficients. Models have 10 to 300; in files, the coefficients of faces follow.
 const MOST_COEFFICIENTS: usize = 300;
 
 /// The largest number of vertices of a model; SMPL-X has 10,475.
 const MOST_VERTICES: usize = 1 << 20;
 
-/// The joint positions of a body in its T-pose, in metres: left +X, up +Y, forward +Z.
+/// The body to which rotations of arrays apply, in its T-pose. Positions are in metres, in axes with left +X, up +Y and
+/// forward +Z.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(hidden)]
 pub enum Body {
     Model(BodyModel),
     /// The bones of a figure that stands on the ground.
     Bones(BTreeMap<Bone, Vec3>),
-    /// A robot, for its joint positions, and its bones as a figure.
+    /// A robot whose joint positions are in the arrays, and the positions of its bones as a figure.
     Robot(Box<Robot>, BTreeMap<Bone, Vec3>),
 }
 
@@ -47,9 +48,10 @@ pub struct BodyModel {
 }
 
 impl Body {
-    /// The rest positions of these joints with the coefficients `betas`, relative to the origin of the model's
-    /// template, or above the ground. A joint that the body lacks is as far from its parent as in the generic body. A
-    /// missing joint of the spine is half-way up to the neck.
+    /// The rest positions of `joints`; `betas` are the shape coefficients of a model. The positions are relative to the
+    /// origin of the model's template. For a body without a model, they are above the ground. A joint that the body
+    /// lacks gets the distance from its parent in the generic body. A missing joint of the spine is half-way up to the
+    /// neck.
     pub(super) fn rest(&self, joints: &[Joint], betas: &[f64]) -> Vec<Vec3> {
         let bones = match self {
             Self::Model(model) => model.bones(betas),
@@ -71,12 +73,12 @@ impl Body {
         positions
     }
 
-    /// Whether it is a model, whose joints are relative to the origin of its template.
+    /// Whether the body is a model. The rest positions of a model are relative to the origin of its template.
     pub(super) fn is_model(&self) -> bool {
         matches!(self, Self::Model(_))
     }
 
-    /// The number of its shape coefficients.
+    /// The number of the model's shape coefficients.
     pub(super) fn coefficients(&self) -> usize {
         match self {
             Self::Model(model) => model.shape.len(),
@@ -86,7 +88,7 @@ impl Body {
 }
 
 impl BodyModel {
-    /// The model in the arrays of a file; `None` if they have no model.
+    /// The model in the arrays of a file; `None` if the arrays contain no model.
     ///
     /// # Errors
     /// - [`Code::RowLength`]: the shapes of arrays do not match.
@@ -152,12 +154,13 @@ impl BodyModel {
 /// The weights of vertices. The position of a joint is the weighted sum of its vertices (`J_regressor`).
 struct Regressor {
     joints: usize,
-    /// Joint, vertex, weight.
+    /// The index of the joint, the index of the vertex, and the weight.
     weights: Vec<(usize, usize, f64)>,
 }
 
 impl Regressor {
-    /// Reads a dense array (joints, vertices), or SciPy's sparse matrix, compressed by columns or rows.
+    /// Reads the weights from a dense array (joints, vertices), or from a sparse matrix of SciPy that is compressed by
+    /// columns or by rows.
     fn of(entries: &Entries<'_>, vertices: usize) -> Result<Self, Failure> {
         const NAME: &str = "J_regressor";
         if let Some(dense) = entries.get(NAME) {
@@ -180,7 +183,8 @@ impl Regressor {
             let name = format!("{NAME}.{own}");
             let array = entries.get(&name);
             array.map(NdArray::numbers).ok_or_else(|| -> Failure {
-                let message = format!("the model has no array {NAME}, nor {name} of a sparse one");
+                let message =
+                    format!("the model has neither the array {NAME}, nor the array {name} of a sparse matrix");
                 Box::new(
                     Diagnostic::new(Code::MissingKeyword, message)
                         .expected_found("v_template and J_regressor", entries.describe())
@@ -217,8 +221,8 @@ impl Regressor {
         })
     }
 
-    /// The joints from vertices with the coordinates `numbers`. Each coordinate has `count` values, of which `index`
-    /// selects one.
+    /// The joint positions, as weighted sums of vertices. `numbers` has `count` values for each coordinate of a vertex;
+    /// `index` selects one of these values.
     fn apply(&self, numbers: &[f64], count: usize, index: usize) -> Vec<DVec3> {
         let mut positions = vec![DVec3::ZERO; self.joints];
         for (joint, vertex, weight) in &self.weights {

@@ -36,7 +36,7 @@ struct Joint {
     pub name: String,
 }
 
-/// The names of the rotation columns, for the header's rotation word.
+/// The names of the rotation columns. `rotation` is the word in the header that names the form of the rotations.
 pub(super) fn rotation_columns(rotation: &str) -> &'static [&'static str] {
     match rotation {
         "6d" => &["r00", "r10", "r20", "r01", "r11", "r21"],
@@ -69,12 +69,12 @@ pub(super) fn cut_frame(line: usize) -> Diagnostic {
         .help("the file is cut off: export or download it again")
 }
 
-/// Whether no record follows.
+/// Whether the table has no further record.
 pub(super) fn is_last(records: &Records<'_>) -> bool {
     !records.clone().next(&mut Vec::new())
 }
 
-/// The arrays of this program.
+/// The arrays of a table that `mocap fk` wrote.
 fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
     let mut records = Records::new(text);
     let mut cells = Vec::new();
@@ -87,7 +87,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     };
     let json = comment.strip_prefix("# ").unwrap_or(&comment);
     let header: Header = serde_json::from_str(json).map_err(|error| {
-        let message = format!("mocap did not write the header in the first line: {error}");
+        let message = format!("the first line is not a header that mocap writes: {error}");
         Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("write it again with mocap fk"))
     })?;
     let rotation = rotation_columns(&header.rotation);
@@ -122,7 +122,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
             ));
         }
         let name = header.joints.get(joint).map_or("", |joint| &joint.name);
-        // Some names have a prefix, because a spreadsheet would evaluate them.
+        // Some names have a prefix, because a spreadsheet would evaluate them as formulas.
         let is_name = cells[2] == name || cells[2].strip_prefix('\'') == Some(name);
         if cells[0].parse() != Ok(frame) || !is_name {
             let error = refused(records.line, "the row does not have the next frame or joint");
@@ -249,7 +249,7 @@ fn rows(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure
     Ok(Entries { arrays, is_cut: false })
 }
 
-/// The positions of points.
+/// The array of point positions in a table.
 fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
     let mut records = Records::new(text);
     let mut cells = Vec::new();
@@ -290,7 +290,7 @@ fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failu
                     .help("the file is cut off or damaged: export it again"),
             ));
         }
-        // An empty cell is a gap, and so is a cell with NaN.
+        // An empty cell or a cell with NaN is a gap.
         let read = |column: usize| match cells[column].trim() {
             "" | "NA" | "N/A" | "null" | "None" => Ok(f32::NAN),
             cell => number(cell, records.line, &names[column]),

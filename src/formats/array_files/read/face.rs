@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A frame of JSON may also be a list of categories, or an object of names and weights. Keys are in camel or snake
-//! case. Each of ARKit's shapes becomes an expression of its name.
+//! case. Each ARKit shape becomes an expression with the name of the shape.
 
 mod json;
 
@@ -32,7 +32,7 @@ use crate::text::{number, quote};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Columns before the first shape: the timecode and the number of shapes.
+/// The number of columns before the first shape: the timecode and the number of shapes.
 const BEFORE: usize = 2;
 
 /// The frame rates of timecodes, in Hz.
@@ -41,13 +41,13 @@ const RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 /// The frame rate of Live Link Face unless its settings say otherwise, in Hz.
 const USUAL_RATE: f64 = 60.0;
 
-/// What moves besides the shapes: the start of a column's name, and the joint.
+/// The rotations in a table of Live Link Face: the start of the column names, and the name of the joint.
 const ROTATIONS: [(&str, &str); 3] = [("Head", "head"), ("LeftEye", "left eye"), ("RightEye", "right eye")];
 
-/// Weights of shapes over time.
+/// The weights of ARKit's shapes in each frame.
 struct Track {
     shapes: Vec<&'static str>,
-    /// Ticks, which increase.
+    /// The ticks of the frames, in increasing order.
     ticks: Vec<f64>,
     /// The weights of each shape, one per frame.
     weights: Vec<Vec<f32>>,
@@ -137,7 +137,7 @@ pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings
     Ok(scene)
 }
 
-/// The finite number of a cell.
+/// The number in a cell, which must be finite.
 fn cell(cells: &[Cow<'_, str>], column: usize, line: usize) -> Result<f64, Failure> {
     let text = cells[column].trim();
     match number::parse(text.as_bytes()) {
@@ -153,7 +153,7 @@ fn cell(cells: &[Cow<'_, str>], column: usize, line: usize) -> Result<f64, Failu
     }
 }
 
-/// Whole seconds of a day, and frames after them; without frames a fraction of a second.
+/// A timecode: the whole seconds of the day, and the frames after them. Without frames, the seconds have a fraction.
 #[derive(Clone, Copy)]
 struct Moment {
     seconds: f64,
@@ -183,7 +183,8 @@ fn timecode(text: &str, line: usize) -> Result<Moment, Failure> {
     }
 }
 
-/// The frame rate of timecodes: the least above all of their frames, where they count through a second.
+/// The frame rate of timecodes. If the take contains a whole second, it is the smallest usual rate above every frame
+/// number. Otherwise it is [`USUAL_RATE`], which is recorded as an assumption.
 fn rate_of(moments: &[Moment]) -> (f64, Option<Assumption>) {
     let has_whole_second = moments
         .first()
@@ -212,7 +213,7 @@ fn rate_of(moments: &[Moment]) -> (f64, Option<Assumption>) {
 
 /// The tick of each time, counted from the first time.
 fn ticks(moments: &[Moment], rate: f64, warnings: &mut Warnings) -> Vec<f64> {
-    /// Seconds of a day, after which a timecode begins anew.
+    /// Seconds of a day, after which a timecode starts again at 0.
     const DAY: f64 = 86_400.0;
     let tick = |moment: &Moment| moment.seconds * rate + moment.frames.unwrap_or_default();
     let first = moments.first().map_or(0.0, tick);
@@ -222,7 +223,8 @@ fn ticks(moments: &[Moment], rate: f64, warnings: &mut Warnings) -> Vec<f64> {
     increasing(ticks.collect(), warnings)
 }
 
-/// Ticks as whole ones where each has its own; the number of the frame where they do not increase.
+/// The ticks rounded to whole numbers, if they still increase. Otherwise the unchanged ticks, if they increase, or else
+/// the frame numbers.
 fn increasing(ticks: Vec<f64>, warnings: &mut Warnings) -> Vec<f64> {
     let increases = |ticks: &[f64]| ticks.windows(2).all(|pair| pair[1] > pair[0]);
     let whole: Vec<f64> = ticks.iter().map(|tick| tick.round()).collect();

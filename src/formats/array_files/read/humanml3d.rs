@@ -3,27 +3,27 @@
 //! | numbers | |
 //! |---|---|
 //! | 1 | half of the root's rotation angle about +Y to the next frame |
-//! | 2 | its ground displacement to the next frame, relative to its own heading |
-//! | 1 | its height |
+//! | 2 | the root's ground displacement to the next frame, relative to its heading |
+//! | 1 | the root's height |
 //! | 21 x 3 | the other joints, relative to the root's ground position and heading |
 //! | 21 x 6 | rotations of the joints along their chains, as the first two columns of matrices |
 //! | 22 x 3 | the displacements of all joints to the next frame, relative to the heading |
 //! | 4 | whether left ankle, left toes, right ankle and right toes hardly move to the next frame |
 //!
 //! The definition is Guo and others, *Generating Diverse and Natural 3D Human Motions from Text* (CVPR 2022), as their
-//! `motion_representation.ipynb` computes it. Two oddities are kept: the sign of the shoulders in the heading, and the
-//! arm chains that start at the root's rotation. Lengths are the input's lengths, because the data set's common
+//! `motion_representation.ipynb` computes it. mocap keeps two oddities: the sign of the shoulders in the heading, and
+//! the arm chains that start at the root's rotation. Lengths are the input's lengths, because the data set's common
 //! skeleton comes from a licensed body.
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Joints of a frame: SMPL without hands.
+/// The number of joints in a frame: the joints of SMPL without hands.
 pub(crate) const JOINTS: usize = 22;
 
-/// Numbers of a frame: the layout of HumanML3D.
+/// The count of numbers in a frame of HumanML3D.
 pub const NUMBERS: usize = 263;
 
-/// The frame rate of HumanML3D in frames per second. Its authors resampled all motions to it.
+/// The frame rate of HumanML3D in frames per second. HumanML3D's authors resampled all motions to this rate.
 pub const RATE: f64 = 20.0;
 
 /// The joint chains from the root, in the data set's order.
@@ -43,20 +43,20 @@ const AT_REST: [DVec3; JOINTS] = [
     DVec3::NEG_Y, DVec3::NEG_Y, DVec3::NEG_Y,
 ];
 
-/// The joint of SMPL that is the left hip.
+/// The index of the left hip among the joints of SMPL.
 const LEFT_HIP: usize = 1;
 
-/// The joint of SMPL that is the right hip.
+/// The index of the right hip among the joints of SMPL.
 const RIGHT_HIP: usize = 2;
 
-/// The joint of SMPL that is the left shoulder.
+/// The index of the left shoulder among the joints of SMPL.
 const LEFT_SHOULDER: usize = 16;
 
-/// The joint of SMPL that is the right shoulder.
+/// The index of the right shoulder among the joints of SMPL.
 const RIGHT_SHOULDER: usize = 17;
-/// Ankles and toes, the left ones first.
+/// The joints of the feet: left ankle, left toes, right ankle, right toes.
 const FEET: [usize; 4] = [7, 10, 8, 11];
-/// The largest squared displacement per frame of a foot joint in contact, in square metres.
+/// A foot joint is in contact if the square of its displacement to the next frame is below this, in square metres.
 const CONTACT: f64 = 0.002;
 
 /// The standard deviation in frames of the Gaussian that smooths headings, as in HumanML3D's code.
@@ -67,7 +67,7 @@ const REACH: f64 = 4.0;
 
 type Frame = [DVec3; JOINTS];
 
-/// The numbers of every frame except the last.
+/// HumanML3D's numbers for every frame except the last, which has no next frame.
 pub fn numbers(joints: &[Frame]) -> Vec<[f32; NUMBERS]> {
     let frames = standing(joints);
     let headings = headings(&frames);
@@ -98,7 +98,7 @@ pub fn numbers(joints: &[Frame]) -> Vec<[f32; NUMBERS]> {
     rows
 }
 
-/// The joints for rows of numbers. The first frame is above the origin.
+/// The joint positions that rows of HumanML3D's numbers describe. In the first frame the root is above the origin.
 pub(crate) fn joints(rows: &[f64]) -> Vec<Frame> {
     let (mut angle, mut root) = (0.0_f64, DVec3::ZERO);
     let mut frames = Vec::new();
@@ -117,7 +117,7 @@ pub(crate) fn joints(rows: &[f64]) -> Vec<Frame> {
     frames
 }
 
-/// Moves the frames to the ground, with the first frame above the origin and facing +Z.
+/// Moves the body to the ground. Rotates it so that in the first frame it is above the origin and faces +Z.
 fn standing(joints: &[Frame]) -> Vec<Frame> {
     let Some(first) = joints.first() else { return Vec::new() };
     let floor = joints
@@ -151,7 +151,8 @@ fn headings(frames: &[Frame]) -> Vec<DQuat> {
             let near = |step: isize| facing[(at + step).clamp(0, last) as usize] * weight(step);
             let sum: DVec3 = (-reach..=reach).map(near).sum();
             match at {
-                // The data set was computed in this way: its code ran a line that the notebook has as a comment.
+                // The authors computed the data set in this way: their code ran a line that is a comment in the
+                // notebook.
                 0 => DQuat::IDENTITY,
                 _ => between(sum.normalize_or(DVec3::Z), DVec3::Z),
             }

@@ -59,7 +59,7 @@ pub(super) fn scene(
                 let Some(array) = points::only_array(entries) else {
                     let help = mhr::needs_joints(entries).unwrap_or(KNOWN);
                     return Err(Box::new(
-                        refused("no array of the file is a known motion", entries).help(help),
+                        refused("no array of the file has a known layout of motions", entries).help(help),
                     ));
                 };
                 match smpl::of_flat(&reader, array)? {
@@ -78,7 +78,7 @@ pub(super) fn scene(
     Ok(motion.into_scene(format, warnings))
 }
 
-/// The error for a body if the arrays have positions.
+/// The error if the caller gives a body, but the arrays have positions.
 fn needless_body() -> Failure {
     let message = "{body} is for arrays of rotations, but these arrays have joint positions";
     let help = "omit {body}; mocap retarget transfers the motion to another body";
@@ -117,7 +117,7 @@ impl<'a> Reader<'_, 'a> {
             motion.assume(
                 Topic::FrameRate,
                 choice,
-                "the arrays do not state it; this rate is usual for them",
+                "the arrays state no frame rate; this rate is usual for such arrays",
                 Confidence::Likely,
             );
         }

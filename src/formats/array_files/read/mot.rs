@@ -3,7 +3,7 @@
 //! | lines | contents |
 //! |---|---|
 //! | first | the name of the motion |
-//! | others up to `endheader` | `nRows=`, `nColumns=`, `inDegrees=yes` or `no`, and text of the writer |
+//! | others up to `endheader` | `nRows=`, `nColumns=`, `inDegrees=yes` or `no`, and text of the writing program |
 //! | the next one | the column names; the first is `time`, in seconds |
 //! | others | a frame: a number for each column, separated by tabs or spaces |
 //!
@@ -24,7 +24,7 @@ const LONGEST_HEADER: usize = 1000;
 /// The columns of a file.
 pub(super) struct Columns {
     pub(super) names: Vec<String>,
-    /// In seconds.
+    /// The times of the rows, in seconds.
     pub(super) times: Vec<f64>,
     /// The values of each named column, frame by frame.
     pub(super) values: Vec<Vec<f64>>,
@@ -155,9 +155,8 @@ impl Columns {
         Some(&self.values[index])
     }
 
-    /// The first row with a much longer or shorter time step than the others, at `rate` frames per second.
+    /// The first row whose time step is much longer or shorter than a frame at `rate` frames per second.
     pub(super) fn uneven_row(&self, rate: f64) -> Option<usize> {
-        // Times in files have as few as three decimals.
         /// The largest deviation of a time step, as a fraction, in an evenly sampled file.
         const UNEVEN: f64 = 0.1;
 
@@ -195,10 +194,10 @@ fn row_cells(line: Word<'_>) -> Vec<Word<'_>> {
     cells
 }
 
-/// The statements before the columns.
+/// The statements of the header.
 struct Header {
     in_degrees: bool,
-    /// NaN if it is not stated.
+    /// The number of rows; NaN if the file does not state it.
     rows: f64,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Motion {
     pub(super) up: UpAxis,
     /// The root position in each frame.
     pub(super) root: Vec<DVec3>,
-    /// The rotation of each joint relative to its parent: joint, then frame.
+    /// The rotation of each joint relative to its parent: for each joint, a list with one rotation per frame.
     pub(super) rotations: Vec<Vec<DQuat>>,
     pub(super) assumptions: Vec<Assumption>,
 }
@@ -48,7 +48,8 @@ impl Motion {
 
     /// The axis along which the spine points on average. It is the up axis if the body stands more than it lies.
     pub(super) fn up_of_body(&self) -> (UpAxis, Confidence) {
-        /// The cosine of the mean angle between spine and axis above which the up axis is sure: 26 degrees.
+        /// If the cosine of the mean angle between spine and axis is above this, the up axis is sure. The angle is then
+        /// below 26 degrees.
         const SURE: f64 = 0.9;
         let spines = self
             .rotations
@@ -126,7 +127,7 @@ impl Motion {
         let mut before = Quat::IDENTITY;
         let rotations = self.rotations[index].iter().map(|rotation| {
             let rotation = (turn * *rotation).normalize().as_quat();
-            // The sign that makes the curve smooth.
+            // Of the two quaternions of a rotation, take the one that makes the curve smooth.
             before = in_hemisphere_of(before, rotation);
             before
         });
@@ -139,7 +140,7 @@ impl Motion {
         }
     }
 
-    /// The joints in depth-first order: each joint before its descendants, and these before its siblings.
+    /// The joints in depth-first order: after each joint come its descendants, then its next sibling.
     fn depth_first(&self) -> Vec<usize> {
         let mut order = Vec::with_capacity(self.joints.len());
         let mut open: Vec<usize> = Vec::new();
@@ -156,7 +157,7 @@ impl Motion {
         order
     }
 
-    /// Replaces each value that is not finite by the last finite one.
+    /// Replaces each value that is not finite by the last finite value before it.
     fn repair(&mut self, warnings: &mut Warnings) {
         let mut count = 0;
         let mut last = DVec3::ZERO;

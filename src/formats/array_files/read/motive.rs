@@ -40,7 +40,7 @@ struct Object {
     kind: String,
     name: String,
     position: [Option<usize>; 3],
-    /// Columns of X, Y, Z and W.
+    /// The columns of the rotation: X, Y, Z and W.
     rotation: [Option<usize>; 4],
     track: Track,
     rotations: Vec<(f64, Quat)>,
@@ -51,7 +51,7 @@ impl Object {
         self.position.iter().all(Option::is_some)
     }
 
-    /// Whether it is the expected position of a marker in a model, not a seen position.
+    /// Whether the object is the expected position of a marker in a model, not a seen position.
     fn is_expected(&self) -> bool {
         self.kind.ends_with("Marker") && self.kind != "Marker"
     }
@@ -122,7 +122,7 @@ fn build(
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::UpAxis,
         choice: "+Y is up".to_owned(),
-        reason: "the file does not state it; Motive exports +Y up by default".to_owned(),
+        reason: "the file states no up axis; Motive exports +Y up by default".to_owned(),
         confidence: Some(Confidence::Likely),
     });
     let tracks = objects.iter_mut().map(|object| std::mem::take(&mut object.track));
@@ -141,7 +141,7 @@ fn build(
     scene
 }
 
-/// The rows between the first line and the data. The last one has the axis names.
+/// The rows between the first line and the data. The last row has the axis names.
 fn header_rows<'t>(records: &mut Records<'t>) -> Result<Vec<Vec<Cow<'t, str>>>, Failure> {
     /// The largest number of header rows: type, name, ID, parent, measured quantity, axes, and empty ones.
     const MOST: usize = 16;
@@ -205,8 +205,8 @@ fn objects(rows: &[Vec<Cow<'_, str>>]) -> Vec<Object> {
     objects
 }
 
-/// Drops objects without positions, expected positions of objects that were also seen, and bones in the axes of their
-/// parents.
+/// Drops objects without positions, and bones whose values are relative to their parents. Also drops the expected
+/// position of a marker if the file has the seen position too.
 fn leave_out(objects: &mut Vec<Object>, stated: &HashMap<String, String>, warnings: &mut Warnings) {
     objects.retain(Object::has_position);
     let is_seen = |object: &Object| object.kind == "Marker";
@@ -222,8 +222,9 @@ fn leave_out(objects: &mut Vec<Object>, stated: &HashMap<String, String>, warnin
         objects.retain(|object| object.kind != "Bone");
         warnings.push(Code::IgnoredChannel, || {
             let message = format!("{bones} bones are relative to their parents, whose positions the file lacks");
-            Diagnostic::new(Code::IgnoredChannel, message)
-                .help("they were skipped; export them in global coordinates, or export the skeleton as BVH or FBX")
+            Diagnostic::new(Code::IgnoredChannel, message).help(
+                "these bones were skipped; export them in global coordinates, or export the skeleton as BVH or FBX",
+            )
         });
     }
 }

@@ -20,12 +20,12 @@ pub enum Kind {
     Bfloat16,
     /// NumPy text with this number of characters of 4 bytes.
     Text(usize),
-    /// This number of bytes.
+    /// Text of one byte per character, with this number of characters.
     Bytes(usize),
 }
 
 impl Kind {
-    /// Bytes of an element.
+    /// The number of bytes of an element.
     pub(super) fn size(self) -> usize {
         match self {
             Self::Bool => 1,
@@ -55,7 +55,7 @@ impl Kind {
 #[derive(Clone, Debug)]
 pub enum Bytes<'a> {
     File(&'a [u8]),
-    /// Starting at this byte.
+    /// Bytes that several arrays may share. The bytes of this array start at the given index.
     Made(Rc<Vec<u8>>, usize),
 }
 
@@ -84,7 +84,7 @@ impl Deref for Bytes<'_> {
     }
 }
 
-/// The number of elements that an array may always have, whatever its size in bytes.
+/// The number of elements that any array may have, however few bytes it has.
 const MOST_EXPANDED: usize = 1 << 18;
 
 /// The number of elements allowed for each stored byte of an array, because an expanded PyTorch tensor has few bytes
@@ -92,7 +92,7 @@ const MOST_EXPANDED: usize = 1 << 18;
 /// memory of `MOST_EXPANDED` elements.
 const EXPANDED_PER_BYTE: usize = 4;
 
-/// An array. Its elements are `strides` apart.
+/// An array: the bytes of its elements, and their type and arrangement.
 #[derive(Clone, Debug)]
 pub struct NdArray<'a> {
     pub(super) shape: Vec<usize>,
@@ -107,7 +107,7 @@ impl<'a> NdArray<'a> {
     /// An array with contiguous elements, in C order (last axis first) or in Fortran order (first axis first).
     ///
     /// # Errors
-    /// [`Code::UnexpectedEnd`] if there are fewer bytes than the shape needs. `entry` names their source.
+    /// [`Code::UnexpectedEnd`] if there are fewer bytes than the shape needs. `entry` names the source of the bytes.
     pub fn new(
         entry: &str,
         (kind, big_endian): (Kind, bool),
@@ -279,7 +279,7 @@ pub fn half(bits: u16) -> f64 {
     if bits >> 15 == 1 { -size } else { size }
 }
 
-/// The arrays of a file, with their names. The array of an `.npy` has none.
+/// The arrays of a file, with their names. The array of an `.npy` has no name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Entries<'a> {
     pub(super) arrays: Vec<(String, NdArray<'a>)>,
@@ -292,7 +292,7 @@ impl<'a> Entries<'a> {
         self.arrays.iter().find(|(own, _)| own == name).map(|(_, array)| array)
     }
 
-    /// The first existing array of these names.
+    /// The array with the first of these names that exists.
     pub(super) fn first(&self, names: &[&str]) -> Option<&NdArray<'a>> {
         names.iter().find_map(|name| self.get(name))
     }
@@ -324,7 +324,7 @@ impl<'a> Entries<'a> {
             .collect()
     }
 
-    /// The names and the shapes, for errors.
+    /// The names and the shapes of the arrays, for errors.
     pub(super) fn describe(&self) -> String {
         /// The largest number of arrays in an error.
         const NAMED: usize = 12;

@@ -1,5 +1,5 @@
-//! NumPy's `.npy`: `numpy.lib.format`, versions 1 to 3. It has a magic text, the length of the header, a Python
-//! literal, then the elements.
+//! NumPy's `.npy`: `numpy.lib.format`, versions 1 to 3. The file has a magic text, the length of the header, a Python
+//! literal, and then the elements.
 
 use mocap_scene::error::{Code, Diagnostic};
 
@@ -10,7 +10,7 @@ use crate::array_files::NPY_HEAD;
 /// The largest number of axes, as in NumPy.
 const MOST_AXES: usize = 64;
 
-/// The contents of a file.
+/// The contents of an `.npy` file.
 pub(super) enum Npy<'a> {
     Array(NdArray<'a>),
     /// Python objects: a pickle, starting at this byte.
@@ -70,7 +70,7 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
     .map(Npy::Array)
 }
 
-/// The three values of a header.
+/// The element type, whether the order is Fortran's, and the shape, from the text of a header.
 fn parse(header: &str) -> Option<(&str, bool, Vec<usize>)> {
     let value = |key: &str| {
         let (_, rest) = header.split_once(&format!("'{key}':"))?;

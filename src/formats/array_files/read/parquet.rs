@@ -1,6 +1,6 @@
-//! Parquet files with this program's arrays. `mocap fk` writes a row for each frame and joint,
-//! `mocap pack --table clips` a row for each clip. The strings of the former are read a few rows at a time, because a
-//! text column can be far longer than its file.
+//! Parquet files with this program's arrays. `mocap fk` writes a row for each frame and joint, and `mocap pack --table
+//! clips` writes a row for each clip. The reader decodes the strings of `mocap fk` a few rows at a time, because a text
+//! column can be far longer than its file.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -40,13 +40,13 @@ pub struct ParquetRows {
     pub header: String,
     #[doc(hidden)]
     pub frames: usize,
-    /// Frames x joints x 3.
+    /// The joint positions: frames x joints x 3 numbers.
     #[doc(hidden)]
     pub positions: Vec<f32>,
-    /// Frames x joints x the width of a rotation.
+    /// The rotations: frames x joints x the count of numbers in a rotation.
     #[doc(hidden)]
     pub rotations: Vec<f32>,
-    /// Frames x joints x 3, if the table has velocities.
+    /// The velocities: frames x joints x 3 numbers, if the table has velocities.
     #[doc(hidden)]
     pub velocities: Option<Vec<f32>>,
 }
@@ -73,12 +73,15 @@ fn broken(error: impl std::fmt::Display) -> Failure {
 fn no_motion(message: &str, found: String) -> Failure {
     Box::new(
         Diagnostic::new(Code::MissingKeyword, message)
-            .expected_found("a table of mocap fk, or of mocap pack with the table clips", found)
+            .expected_found(
+                "a table that mocap fk wrote, or a table of clips that mocap pack wrote",
+                found,
+            )
             .help(TABLES),
     )
 }
 
-/// The scene of a file. The library panics on some files with unexpected pages.
+/// The scene of a Parquet file. The library that decodes Parquet panics on some files with unexpected pages.
 pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let read = catch_unwind(AssertUnwindSafe(|| tables(bytes, options, warnings)));
     read.unwrap_or_else(|_| Err(broken("its pages do not match its metadata")))
@@ -107,7 +110,7 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
         None if has("clip") && has("joint") && has("x") => {
             let message = "the rows of mocap pack do not describe their numbers";
             let found = no_motion(message, format!("the columns {}", names.join(", ")));
-            Err(Box::new(found.help("pack the motions with the table clips")))
+            Err(Box::new(found.help("run mocap pack with {table} clips")))
         }
         None if is_survey(&names) => Err(Box::new(table_of_survey())),
         None => {
@@ -120,7 +123,8 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
     }
 }
 
-/// A file whose pages match their claims, and the bytes of its longest text dictionary.
+/// Opens a file, and checks its pages against their headers. Also returns the size in bytes of its longest text
+/// dictionary.
 fn open(bytes: &[u8], limits: &Limits) -> Result<(Builder, u64), Failure> {
     let builder = Builder::try_new_with_options(Bytes::copy_from_slice(bytes), ArrowReaderOptions::new());
     let builder = builder.map_err(broken)?;
@@ -167,7 +171,7 @@ struct Joint {
 fn parsed(header: &str) -> Result<Header, Failure> {
     serde_json::from_str(header).map_err(|error| {
         no_motion(
-            &format!("mocap did not write the header of the table: {error}"),
+            &format!("the header of the table is not one that mocap writes: {error}"),
             String::new(),
         )
     })
@@ -261,7 +265,7 @@ fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Re
         .limits
         .expanded_values(builder.metadata().file_metadata().num_rows().max(0) as u64);
     let mut scene: Option<Scene> = None;
-    // One row at a time, because a single row can be as long as all others together.
+    // Read one row at a time, because a single row can be as long as all other rows together.
     for batch in columns(builder, &["clip", "header", "positions", "rotations"], 1)? {
         let batch = batch.map_err(broken)?;
         let Some((json, [positions, rotations])) = clip(&batch)? else {
@@ -299,7 +303,7 @@ fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Re
 /// The header of a clip, its positions and its rotations.
 type Clip<'b> = (&'b str, [&'b [f32]; 2]);
 
-/// The header and the numbers of a row; `None` for a file that could not be read when packed.
+/// The header and the numbers of a row; `None` if `mocap pack` could not read the file of the clip.
 fn clip(batch: &RecordBatch) -> Result<Option<Clip<'_>>, Failure> {
     let header = batch
         .column_by_name("header")

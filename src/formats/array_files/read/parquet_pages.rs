@@ -1,5 +1,5 @@
-//! Checks the claims of a Parquet file's pages against the file before any page is decoded. The library allocates as
-//! much memory as a page header claims, up to 2 GiB.
+//! Checks the claims of a Parquet file's pages against the file before any page is decoded. The Parquet library
+//! allocates as much memory as a page header claims, up to 2 GiB.
 //!
 //! Headers are structs of Thrift's compact protocol, before each page of a column.
 
@@ -12,7 +12,7 @@ use crate::Failure;
 /// The largest expansion of one byte by Snappy: a copy of three bytes stands for 64.
 const MOST_INFLATED: u64 = 22;
 
-/// The bytes that Snappy can produce from nothing.
+/// The number of bytes that any page may have, however few compressed bytes it has.
 const ANY: u64 = 64;
 
 /// Encodings with dictionary indices: PLAIN_DICTIONARY and RLE_DICTIONARY.
@@ -134,10 +134,10 @@ impl<'a> Thrift<'a> {
             match (id, kind) {
                 (2, INT32) => header.inflated = u64::try_from(self.signed()?).ok(),
                 (3, INT32) => header.compressed = self.signed()?,
-                // The headers of a data page, of a dictionary page, and of a data page version 2.
+                // The fields with the headers of a data page, of a dictionary page, and of a data page version 2.
                 (5 | 7 | 8, STRUCT) => {
                     header.is_dictionary |= id == 7;
-                    // The field of the encoding in each of them.
+                    // The field of the encoding in each of these headers.
                     let encoding = if id == 8 { 4 } else { 2 };
                     let mut inner = 0;
                     while let Some((id, kind)) = self.field(&mut inner)? {
@@ -185,7 +185,7 @@ impl<'a> Thrift<'a> {
         None
     }
 
-    /// A zigzag-encoded number: its sign is its last bit.
+    /// A zigzag-encoded number: the last bit is the sign.
     fn signed(&mut self) -> Option<i64> {
         let value = self.unsigned()?;
         Some((value >> 1) as i64 ^ -((value & 1) as i64))

@@ -26,7 +26,7 @@ use crate::Failure;
 pub(super) struct Pickle<'a> {
     objects: Objects<'a>,
     result: Id,
-    /// Bytes of the pickle.
+    /// The number of bytes of the pickle.
     size: usize,
 }
 
@@ -36,7 +36,7 @@ pub(super) type Storages<'s, 'a> = &'s mut dyn FnMut(&str) -> Result<Bytes<'a>, 
 /// Reads a pickle.
 ///
 /// # Errors
-/// - [`Code::UnexpectedToken`]: a name is unknown, which running the pickle would call, or the bytes are not a pickle.
+/// - [`Code::UnexpectedToken`]: the pickle calls an unknown name, or the bytes are not a pickle.
 /// - [`Code::UnexpectedEnd`]: the pickle is cut off.
 pub(super) fn read<'a>(bytes: &'a [u8], storages: Storages<'_, 'a>) -> Result<Pickle<'a>, Failure> {
     machine::Machine::new(bytes, storages).run()
@@ -63,6 +63,6 @@ fn refused(name: &str) -> Failure {
             "dictionaries, lists, numbers, strings, NumPy arrays and PyTorch tensors",
             format!("\"{name}\""),
         )
-        .help("load it in Python if you trust it, and save the arrays with numpy.savez"),
+        .help("load the pickle in Python if you trust it, and save the arrays with numpy.savez"),
     )
 }

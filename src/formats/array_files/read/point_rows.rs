@@ -16,7 +16,7 @@ use crate::warnings::Warnings;
 pub(super) const TABLES: &str = "motion tables come from mocap fk, or have positions: the columns frame, joint, x, y, \
     z, or for each point NAME_x, NAME_y, NAME_z";
 
-/// Whether these are the columns of a survey's table.
+/// Whether the first columns are the columns of the table that `mocap survey` writes.
 pub(super) fn is_survey(names: &[String]) -> bool {
     names
         .iter()
@@ -28,11 +28,11 @@ pub(super) fn is_survey(names: &[String]) -> bool {
 /// The diagnostic for the table of a survey.
 pub(super) fn table_of_survey() -> Diagnostic {
     Diagnostic::new(Code::MissingKeyword, "the table of a survey is not a motion")
-        .help("a survey reads its table again only as .jsonl: write it with {output} rows.jsonl")
+        .help("mocap survey can only read .jsonl tables again: write such a table with {output} rows.jsonl")
 }
 
-/// The largest number of missing positions for each present one. Otherwise a table with distant frame numbers would
-/// fill the memory.
+/// The largest number of missing positions for each present one. Without this limit, a table with distant frame numbers
+/// would fill the memory.
 const MOST_GAPS: usize = 64;
 
 /// The number of missing positions that any table may have: 3 MB.
@@ -43,11 +43,11 @@ pub(super) struct PointRows<'c> {
     /// The points in the order of their first rows.
     names: Vec<String>,
     index_of: HashMap<String, usize>,
-    /// Frame, point, position.
+    /// The frame, the index of the point, and the position.
     cells: Vec<(i64, usize, [f32; 3])>,
     /// The time of each frame, if it is stated.
     times: Vec<f64>,
-    /// The time of the previous row, and the points in its frame.
+    /// The time of the previous row, and the points that its frame already has.
     before: Option<f32>,
     seen: Vec<bool>,
     frame: i64,
@@ -84,7 +84,7 @@ impl<'c> PointRows<'c> {
                 let named = left.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
                 let message = format!("{} columns of the table are not positions: {named}", left.len());
                 warnings.push(Code::TrailingText, || {
-                    Diagnostic::new(Code::TrailingText, message).help("they were left out")
+                    Diagnostic::new(Code::TrailingText, message).help("these columns were left out")
                 });
             }
             let of_x = points.iter().filter_map(|[x, _, _]| point_of(&names[*x], 'x'));
@@ -93,7 +93,7 @@ impl<'c> PointRows<'c> {
         rows
     }
 
-    /// Adds a row. `number` and `text` return its cells.
+    /// Adds a row. `number` and `text` return the cell of a column.
     pub(super) fn add<'t>(
         &mut self,
         line: usize,
@@ -189,7 +189,7 @@ impl<'c> PointRows<'c> {
     }
 }
 
-/// NaN in all axes if one is missing.
+/// The position in a row. If one coordinate is missing, all three are NaN.
 fn position(number: &impl Fn(usize) -> Result<f32, Failure>, xyz: &[usize; 3]) -> Result<[f32; 3], Failure> {
     let [x, y, z] = [number(xyz[0])?, number(xyz[1])?, number(xyz[2])?];
     Ok(if (x + y + z).is_finite() {
@@ -226,8 +226,8 @@ fn texts(texts: &[String]) -> Result<NdArray<'static>, Failure> {
 
 /// The frame rate in frames per second from frame times: the rate of the median step, or a nearby whole number.
 fn rate(times: &[f64]) -> Option<f64> {
-    /// The largest relative difference to a whole rate. Times with three decimals deviate this far at 30 frames per
-    /// second.
+    /// The largest relative difference to a whole rate. Times with three decimals cause this difference at 30 frames
+    /// per second.
     const NEAR: f64 = 0.02;
     let mut steps: Vec<f32> = times
         .windows(2)

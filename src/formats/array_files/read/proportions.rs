@@ -7,8 +7,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 pub(super) use crate::proportions::HEIGHT;
 use crate::proportions::position;
 
-/// The height in metres of the SMPL template's origin above its root. The origin is near the middle of the body, and
-/// the pelvis slightly above half of the height.
+/// The height in metres of the SMPL template's origin above the root, which is the pelvis.
 const TEMPLATE_ABOVE_PELVIS: f32 = 0.25;
 
 /// The vector from a bone's joint to a child joint that is not a bone: an end, or a part of the palm.
@@ -30,7 +29,7 @@ fn beyond(above: Bone, name: &str) -> Vec3 {
     step * Vec3::new(side, 1.0, 1.0)
 }
 
-/// The positions of these joints in the T-pose, in metres above the ground.
+/// The positions of `joints` in the T-pose, in metres above the ground.
 pub(super) fn rest(joints: &[Joint]) -> Vec<Vec3> {
     let mut joint_positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let mut above: Vec<Option<Bone>> = Vec::with_capacity(joints.len());

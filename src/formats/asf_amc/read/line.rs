@@ -92,7 +92,7 @@ impl<'a> Lines<'a> {
         self.cursor.locate(word).line
     }
 
-    /// The word at `index` of a line as a number of a bone: finite, and small enough for kinematics.
+    /// The word at `index` of a line, as a number. It must be finite, and small enough for kinematics.
     pub(super) fn number(&self, line: &[Word<'_>], index: usize, what: &str) -> Result<f64, Failure> {
         let Some(&word) = line.get(index) else {
             let last = line[line.len() - 1];

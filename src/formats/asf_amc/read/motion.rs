@@ -28,7 +28,7 @@ pub(super) struct Motion {
 pub(super) struct Track {
     /// The indices of the frames that have values for the bone.
     pub(super) ticks: Vec<f64>,
-    /// The values of each of those frames, one for each channel of the bone.
+    /// The values of each frame in `ticks`, one for each channel of the bone.
     #[doc(hidden)]
     pub values: Vec<f64>,
 }
@@ -76,9 +76,9 @@ struct Reader<'a, 'c> {
     /// The number of the last frame header.
     last_number: Option<u64>,
     bones_in_frame: usize,
-    /// `None` during the first frame.
+    /// The number of bones in the first frame; `None` while the first frame is read.
     bones_in_first_frame: Option<usize>,
-    /// Values read so far.
+    /// The number of values read so far.
     values: u64,
 }
 
@@ -214,8 +214,8 @@ impl<'a> Reader<'a, '_> {
             return Ok(());
         }
         let expected = match bone.channels.len() {
-            1 => "1 value, as the skeleton says".to_owned(),
-            count => format!("{count} values, as the skeleton says"),
+            1 => "1 value, as the skeleton states".to_owned(),
+            count => format!("{count} values, as the skeleton states"),
         };
         Err(Box::new(
             self.lines

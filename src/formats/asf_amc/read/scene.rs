@@ -13,7 +13,8 @@ use crate::ReadOptions;
 /// state it.
 const CMU_FRAME_RATE: f64 = 120.0;
 
-/// The factor `:units length` of CMU's skeletons. Lengths divided by it are in inches, by the notes of that database.
+/// The factor `:units length` of CMU's skeletons. Lengths divided by this factor are in inches, by the notes of CMU's
+/// database.
 const CMU_LENGTH_UNIT: f64 = 0.45;
 
 /// Metres per inch, by definition.
@@ -44,7 +45,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
             scene.metadata.assumptions.push(Assumption {
                 topic: Topic::FrameRate,
                 choice: format!("{CMU_FRAME_RATE} frames a second"),
-                reason: "the file does not state it; CMU's captures are at 120".to_owned(),
+                reason: "the file states no frame rate; CMU's captures have 120 frames per second".to_owned(),
                 confidence: Some(Confidence::Likely),
             });
         }

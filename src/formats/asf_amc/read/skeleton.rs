@@ -33,20 +33,20 @@ pub(super) struct Bone {
     pub(super) axes: DQuat,
     /// The channels of the motion's values, in the order of the file.
     pub(super) channels: Vec<ChannelKind>,
-    /// Whether it has no children.
+    /// Whether the bone has no children.
     pub(super) is_leaf: bool,
 }
 
 /// The contents of the file.
 #[derive(Debug)]
 pub(super) struct Skeleton {
-    /// In depth-first order, the root first.
+    /// The bones in depth-first order, the root first.
     pub(super) bones: Vec<Bone>,
     /// The rest position of the root.
     pub(super) position: DVec3,
     /// Whether angles are in degrees.
     pub(super) degrees: bool,
-    /// `:units length`.
+    /// The value of `:units length` in the file.
     pub(super) length_unit: Option<f64>,
 }
 
@@ -96,7 +96,7 @@ impl Bone {
 struct Reader<'a, 'c> {
     lines: Lines<'a>,
     limits: &'c Limits,
-    /// In the order of the file, the root first.
+    /// The bones in the order of the file, the root first.
     bones: Vec<Bone>,
     /// The location of each bone's name.
     named_at: Vec<Word<'a>>,
@@ -210,7 +210,7 @@ impl<'a> Reader<'a, '_> {
         Box::new(diagnostic)
     }
 
-    /// Reads from after `begin` to `end`. Also returns the location of the name.
+    /// Reads a bone, from the word after `begin` to `end`. Also returns the location of the bone's name.
     fn read_bone(&mut self, begin: Word<'_>) -> Result<(Bone, Word<'a>), Failure> {
         let mut bone = Bone::new(String::new());
         let mut named_at = None;
@@ -274,10 +274,10 @@ impl<'a> Reader<'a, '_> {
     fn unclosed(&self, what: &str, begin: Word<'_>) -> Failure {
         let line = self.lines.line_number(begin);
         let (failure, cause) = match self.lines.peek_word() {
-            Some(section) => (self.lines.unexpected(section, "end"), "lacks it"),
+            Some(section) => (self.lines.unexpected(section, "end"), "lacks the word end"),
             None => {
                 let message = format!("the file ends inside a {what}");
-                (self.lines.ended(message, "end"), "is cut off or lacks it")
+                (self.lines.ended(message, "end"), "is cut off or lacks the word end")
             }
         };
         let help = format!("the {what} that begins in line {line} has no end; the file {cause}");
@@ -298,7 +298,7 @@ impl<'a> Reader<'a, '_> {
             return Ok(word);
         };
         let first = match index {
-            0 => "the root always has that name".to_owned(),
+            0 => "the root always has the name root".to_owned(),
             _ => format!(
                 "the first one is in line {}",
                 self.lines.line_number(self.named_at[index])
@@ -362,9 +362,9 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// Lines of a bone that do not affect its position.
+/// Whether a line of a bone does not affect the bone's position.
 fn is_passed_over(keyword: Word<'_>) -> bool {
     let keywords = ["id", "limits", "bodymass", "cofmass"];
-    // Further limits have their own lines.
+    // Further limits are on lines of their own, which begin with a parenthesis.
     keywords.iter().any(|known| keyword.is(known)) || keyword.bytes.starts_with(b"(")
 }

@@ -43,7 +43,7 @@ pub(super) fn accept_commas_of_hierarchy<'a>(
         .map_err(|failure| Box::new(failure.in_joint(name(joint))))
 }
 
-/// Reads commas as decimal separators if no number of the file has a point: then they have no other meaning.
+/// Reads commas as decimal separators if no number of the file has a point: then commas have no other meaning.
 pub(super) fn accept_comma(
     cursor: &Cursor<'_>,
     decimals: &Decimals,

@@ -22,9 +22,9 @@ pub(super) struct Joint {
     pub parent: Option<usize>,
     pub(super) is_end_site: bool,
     pub(super) offset: Vec3,
-    /// The channels of its columns, in the order of the file.
+    /// The channels of the joint's columns, in the order of the file.
     pub(super) channels: Vec<ChannelKind>,
-    /// The index of its first column in a row.
+    /// The index of the joint's first column in a row.
     pub(super) first_column: usize,
     pub(super) source: SourceLines,
 }
@@ -35,7 +35,7 @@ pub(super) struct Hierarchy {
     pub(super) joints: Vec<Joint>,
     /// The number of values in a row.
     pub(super) channel_count: usize,
-    /// The decimal separator of its numbers.
+    /// The decimal separator of the numbers in the hierarchy.
     pub(super) decimals: Decimals,
 }
 

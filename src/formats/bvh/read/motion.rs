@@ -15,11 +15,11 @@ use crate::{ReadOptions, STATE_THE_RATE};
 pub(super) struct Header {
     /// The number after `Frames:`.
     pub(super) frames: u64,
-    /// The location of that number.
+    /// The location of the number after `Frames:`.
     pub(super) frames_word: (usize, usize),
     /// Frames per second: 1 / frame time, or the caller's frame rate.
     pub(super) frame_rate: f64,
-    /// The offset of MOTION.
+    /// The byte offset of MOTION.
     pub(super) start: usize,
 }
 

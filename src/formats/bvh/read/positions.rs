@@ -1,7 +1,7 @@
 //! Determines the meaning of position channels: positions that replace the OFFSET, displacements that are added to it,
 //! or world positions.
 //!
-//! The format does not state the meaning. It is decided after all frames are read, from a sample of them.
+//! The format does not state the meaning. The reader decides after all frames are read, from a sample of them.
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
@@ -22,7 +22,7 @@ pub(super) struct Positions<'a> {
 }
 
 impl Positions<'_> {
-    /// Sets the axes without a channel to 0.
+    /// Sets the components of a vector to 0 on the axes without a channel.
     fn masked(&self, vector: Vec3) -> Vec3 {
         vector * Vec3::from(self.axes.map(f32::from))
     }
@@ -44,7 +44,7 @@ impl Positions<'_> {
     }
 }
 
-/// The distance of the lowest joint below a root at rest, along the root's OFFSET.
+/// How far the lowest joint is below a root in the rest pose. The direction of the root's OFFSET counts as up.
 pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
     let upwards = hierarchy.joints[root].offset.normalize_or_zero();
     let mut heights = vec![None; hierarchy.joints.len()];
@@ -60,17 +60,19 @@ pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
 /// Whether the position channels of a root replace its OFFSET. `feet` is the distance of the lowest joint below the
 /// root at rest.
 ///
-/// In nearly every real file the positions are unrelated to the OFFSET, or equal to it in the first frame. Then they
-/// replace it. In a few files they are relative to the OFFSET. Such positions are near zero in the first frame or in
-/// the median of all frames. Or they stay near zero along an OFFSET that puts the feet on the floor.
+/// In nearly every real file the positions are unrelated to the OFFSET, or equal to it in the first frame. Such
+/// positions replace the OFFSET. In a few files the positions are relative to the OFFSET. Positions count as relative
+/// in two cases. They are near zero in the first frame or in the median of all frames. Or they stay near zero along an
+/// OFFSET that puts the feet on the floor.
 pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     /// The fraction of the OFFSET's length that counts as near zero. The real files whose positions must be added are
     /// below 0.0101, all others above 0.3.
     const NEAR_ZERO: f32 = 0.02;
-    /// The same fraction for the height in the median frame, because a walking pelvis rises and sinks by as much.
+    /// The same fraction for the height in the median frame. It is larger than `NEAR_ZERO`, because a walking pelvis
+    /// rises and sinks.
     const NEAR_FLOOR: f32 = 0.05;
 
-    /// The fraction of the OFFSET's length along it that a moving pelvis rarely reaches.
+    /// A moving pelvis rarely gets this far along the OFFSET, as a fraction of the OFFSET's length.
     const FAR_ALONG: f32 = 0.5;
     let used = |policy, confidence, reason: String| RootOffsetUsed {
         policy,
@@ -105,14 +107,14 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
             .to_owned();
         return used(RootOffset::Add, Confidence::Likely, reason);
     }
-    let reason = format!("along the OFFSET, the root's position in the median frame is {along:.2} of the OFFSET");
+    let reason = format!("along the OFFSET, the root's position in the median frame is {along:.2} times the OFFSET");
     let repeats = first.distance(offset) <= NEAR_ZERO * length || (along - 1.0).abs() <= 0.3;
     let confidence = if repeats { Confidence::Sure } else { Confidence::Likely };
     used(RootOffset::Replace, confidence, reason)
 }
 
 /// Whether the positions of the joints other than the root are displacements from their OFFSETs, as in MakeHuman's
-/// files: near zero in all frames while the OFFSETs are not. As positions they would put all joints at one point.
+/// files: near zero in all frames while the OFFSETs are not. If they were positions, all joints would be at one point.
 pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
     /// The fraction of the OFFSET's length within which a position is a displacement: solver noise.
     const NEAR_ZERO: f32 = 0.05;
@@ -134,8 +136,8 @@ pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
     })
 }
 
-/// The joints other than the root whose positions are far beyond the length of their OFFSET in most frames. Empty
-/// unless at least half of the joints with positions are so.
+/// The joints other than the root whose positions are far beyond the length of their OFFSET in most frames. The result
+/// is empty unless at least half of the joints with positions are that far.
 pub(super) fn far_from_offset<'a>(
     hierarchy: &Hierarchy,
     positions_of: impl Fn(usize) -> Option<Positions<'a>>,
@@ -144,7 +146,7 @@ pub(super) fn far_from_offset<'a>(
     /// positions.
     const FAR: f32 = 3.0;
 
-    /// The smallest number of such joints. Fewer may be a coincidence.
+    /// The smallest number of joints with world positions. Fewer may be a coincidence.
     const LEAST: usize = 4;
     let is_below_root = |joint: &usize| hierarchy.joints[*joint].parent.is_some();
     let (mut all, mut far) = (0, Vec::new());
@@ -172,7 +174,7 @@ pub(super) fn are_in_world<'a>(
     /// The largest variation of a constant length over time, as a fraction: the rounding of world positions.
     const SPREAD: f32 = 0.02;
 
-    /// The largest difference between a length and the OFFSET's length, as a fraction.
+    /// The largest difference between the length of a bone and the length of the OFFSET, as a fraction.
     const OFF: f32 = 0.1;
     let (mut all, mut constant) = (0, 0);
     for &joint in joints {

@@ -37,16 +37,17 @@ pub(super) trait Sink {
     where
         Self: 'a;
 
-    /// Makes room for so many frames beside those it has, which need not come.
+    /// Reserves memory for further frames. The frames may never be added.
     fn reserve(&mut self, frames: usize);
 
     /// Appends frames.
     fn append(&mut self, block: &Block);
 
-    /// Allocates the following frames, with several threads, to be filled in any order. Called after the first frame.
+    /// Allocates the following frames with several threads. The caller fills them in any order. Called after the first
+    /// frame.
     fn extend(&mut self, frames: usize, threads: usize) -> Self::Frames<'_>;
 
-    /// Keeps only the first frames.
+    /// Keeps only the first `frames` frames.
     fn truncate(&mut self, frames: usize);
 
     /// The number of frames, including allocated ones.
@@ -58,7 +59,7 @@ pub(super) trait Frames: Sized + Send {
     /// Splits off the first `frames` frames, or all if there are fewer.
     fn split_off(&mut self, frames: usize) -> Self;
 
-    /// Fills the first frames, and advances.
+    /// Fills the first frames of the range, and removes them from the range.
     fn fill(&mut self, block: &Block);
 }
 
@@ -114,7 +115,7 @@ pub(super) fn read<'a>(
     Ok(())
 }
 
-/// The rest values of a joint's channels.
+/// The values of a joint's channels in the rest pose.
 fn rest_values(joint: &Joint) -> impl Iterator<Item = f64> {
     joint.channels.iter().map(|&kind| match kind {
         ChannelKind::Position(axis) => f64::from(joint.offset[axis as usize]),
@@ -126,7 +127,7 @@ fn rest_values(joint: &Joint) -> impl Iterator<Item = f64> {
 /// Called with a range of bytes that were read.
 pub(super) type Release<'a> = dyn Fn(Range<usize>) + Sync + 'a;
 
-/// The number of bytes to release together.
+/// The number of read bytes that are passed to [`Release`] together.
 const RELEASED: usize = 1 << 20;
 
 struct Rows<'a, 'c, S> {
@@ -138,11 +139,11 @@ struct Rows<'a, 'c, S> {
     warnings: &'c mut Warnings,
     sink: &'c mut S,
     block: Block,
-    /// The row before the block, which replaces values that are not finite.
+    /// The row before the block. Its values replace values of the block that are not finite.
     last_row: Vec<f64>,
     /// Rows read so far, including dropped ones.
     rows: u64,
-    /// The layout of the rows. Unknown while every row was a plain line.
+    /// The layout of the rows. `None` as long as every row was a plain line.
     layout: Option<Layout>,
     release: &'c Release<'c>,
     /// The start of the text that was not released yet.
@@ -191,7 +192,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             Ok(layout) => return Ok(layout),
             Err(no_rule) => no_rule,
         };
-        // A word that is not a number explains more than a wrong count of values.
+        // The error for a word that is not a number says more than the error for a wrong count of values.
         self.read_values(Layout::Lines)?;
         Err(no_rule)
     }
@@ -219,7 +220,8 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         }
     }
 
-    /// Reads the rows of a file that is not in memory while they are plain. Other rows need the whole text.
+    /// Reads rows of a file that is not in memory, up to the first row that is not plain. To read that row, the whole
+    /// text must be in memory.
     fn read_rest(&mut self, rest: Rest<'a>) -> Result<(), Failure> {
         self.cursor.skip_spaces();
         let start = self.cursor.offset();
@@ -246,7 +248,8 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         self.threads >= 2 && self.has_text_for_joints()
     }
 
-    /// A joint without channels needs memory although it has no text.
+    /// Whether a row has at least as many numbers as there are joints. A joint without channels needs memory although
+    /// it has no text.
     fn has_text_for_joints(&self) -> bool {
         self.hierarchy.joints.len() <= self.hierarchy.channel_count
     }

@@ -21,7 +21,7 @@ use super::rows::{self, Block, Sink};
 use crate::ReadOptions;
 use crate::warnings::Warnings;
 
-/// The keys read so far, one track for each joint. End sites have none.
+/// The keys read so far, one track for each joint. End sites have no track.
 pub(super) struct Tracks<'h> {
     hierarchy: &'h Hierarchy,
     root_offset: RootOffset,
@@ -41,12 +41,12 @@ struct Track {
 /// The columns of one joint in a row, and their meaning.
 struct Columns {
     joint: usize,
-    /// Used for axes without a column.
+    /// The OFFSET of the joint, for axes without a column.
     offset: Vec3,
-    /// Columns of x, y and z.
+    /// The columns of the position: x, y and z.
     position: [Option<usize>; 3],
     scale: [Option<usize>; 3],
-    /// Axis and column, in the order of the file.
+    /// The axis and the column of each rotation channel, in the order of the file.
     rotation: Vec<(Axis, usize)>,
 }
 
@@ -77,7 +77,7 @@ impl Columns {
         self.scale.iter().any(Option::is_some)
     }
 
-    /// Position channels replace the OFFSET axis by axis.
+    /// The position of the joint in a frame. On axes with a position channel, the channel replaces the OFFSET.
     fn position_at(&self, block: &Block, frame: usize) -> Vec3 {
         let mut position = self.offset;
         for (axis, column) in self.position.iter().enumerate() {
@@ -230,7 +230,7 @@ impl TrackFrames<'_> {
         }
     }
 
-    /// Splits off the first frames.
+    /// Splits off the first `frames` frames.
     fn split_off(&mut self, frames: usize) -> Self {
         Self {
             columns: self.columns,
@@ -293,7 +293,7 @@ impl<'h> Tracks<'h> {
                 }
                 policy => RootOffsetUsed {
                     policy,
-                    reason: "as asked for".to_owned(),
+                    reason: "an option of the reader states this".to_owned(),
                     confidence: Confidence::Sure,
                 },
             };
@@ -313,7 +313,7 @@ impl<'h> Tracks<'h> {
         self.settle_world_positions(warnings).into_iter().collect()
     }
 
-    /// Detects world positions, and makes them relative to the parents if that gives bones of constant length.
+    /// Detects world positions. If they give bones of constant length, makes them relative to the parents.
     fn settle_world_positions(&mut self, warnings: &mut Warnings) -> Option<Assumption> {
         let mut tracks = vec![None; self.hierarchy.joints.len()];
         for (index, track) in self.joints.iter().enumerate() {
@@ -325,9 +325,9 @@ impl<'h> Tracks<'h> {
         let is_world = !has_scale && positions::are_in_world(self.hierarchy, &far, positions_of);
         let first = &self.hierarchy.joints[*far.first()?];
         let read_as = if is_world {
-            "they were read as world positions, which keeps the bone lengths"
+            "mocap read these positions as world positions, which keeps the bone lengths"
         } else {
-            "they were read as positions relative to the parent, as in the format"
+            "mocap read these positions relative to the parent, as in the format"
         };
         warnings.push(Code::WorldPositions, || {
             let message = format!("the positions of a joint are far beyond the length of its OFFSET; {read_as}");

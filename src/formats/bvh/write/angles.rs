@@ -4,7 +4,7 @@ use glam::{DQuat, Quat};
 use mocap_scene::math::rotation::{Axis, lanes, to_euler};
 use mocap_scene::scene::RotationOrder;
 
-use super::number::shortest;
+use super::number::roundings;
 
 /// The largest error of a quaternion component: the double precision of angles after some turns, and the remainder of
 /// half turns near zero. It is below the single precision of every component above 1e-7.
@@ -27,7 +27,7 @@ impl Angles {
         }
     }
 
-    /// The angles of the next frame, as near as possible to the present ones. `None` if `key` is not a rotation.
+    /// The angles of the next frame, as near as possible to the current angles. `None` if `key` is not a rotation.
     pub fn next(&mut self, key: Quat) -> Option<[f64; 3]> {
         if !(key.is_finite() && key.length_squared() > f32::EPSILON) {
             return None;
@@ -51,26 +51,38 @@ impl Angles {
     /// rotation.
     fn shortest(&self, angles: [f64; 3], key: Quat) -> [f64; 3] {
         let axes = self.order.axes().map(|axis| Axis::ALL[axis]);
-        let reads_back_to = |key: Quat| move |angles: [f64; 3]| read_back(axes, angles).abs_diff_eq(key, NOISE);
-        shortest(angles, reads_back_to(key))
-            .or_else(|| shortest(angles, reads_back_to(-key)))
-            .unwrap_or(angles)
+        let mut roundings = roundings(angles);
+        let mut negative = None;
+        let (mut columns, mut keys) = ([[0.0; lanes::LANES]; 3], [Quat::IDENTITY; lanes::LANES]);
+        loop {
+            // One rotation takes as much time as all lanes, so each lane tries another rounding.
+            let mut count = 0;
+            for rounded in roundings.by_ref().take(lanes::LANES) {
+                std::iter::zip(&mut columns, rounded).for_each(|(column, angle)| column[count] = angle);
+                count += 1;
+            }
+            if count == 0 {
+                return negative.unwrap_or(angles);
+            }
+            let with_axes = std::array::from_fn::<_, 3, _>(|index| (axes[index], &columns[index][..]));
+            lanes::fill(&with_axes, &mut keys);
+            let first = |key: Quat| {
+                let index = keys[..count].iter().position(|own| own.abs_diff_eq(key, NOISE))?;
+                Some(columns.map(|column| column[index]))
+            };
+            if let Some(found) = first(key) {
+                return found;
+            }
+            negative = negative.or_else(|| first(-key));
+        }
     }
-}
-
-/// The key that the reader makes from three angles.
-fn read_back(axes: [Axis; 3], angles: [f64; 3]) -> Quat {
-    let columns = std::array::from_fn::<_, 3, _>(|index| (axes[index], std::slice::from_ref(&angles[index])));
-    let mut key = [Quat::IDENTITY];
-    lanes::fill(&columns, &mut key);
-    key[0]
 }
 
 /// A unit quaternion in double precision that rounds to `key`, if there is one.
 ///
 /// A key is a rounded unit quaternion, so its length differs slightly from 1. Scaling it may give numbers that round to
-/// another key. A change of the largest component changes the length most. So that component takes as much of the
-/// correction as it can without rounding to its neighbour; then the next one.
+/// another key. A change of the largest component changes the length most. So the largest component takes as much of
+/// the correction as it can without rounding to its neighbour. Then the next largest component takes its share.
 pub fn unit_within(key: Quat) -> Option<DQuat> {
     /// The usable share of the distance to the middle between two neighbouring numbers, with room for rounding.
     const INSIDE: f64 = 1.0 - 1e-7;
@@ -79,7 +91,8 @@ pub fn unit_within(key: Quat) -> Option<DQuat> {
     let mut by_size = [0, 1, 2, 3];
     by_size.sort_by(|&a, &b| key[b].abs().total_cmp(&key[a].abs()));
     for index in by_size {
-        // The squared length changes by 2 x dx. The square of dx is below the precision.
+        // A change dx of the component x changes the squared length by 2 · x · dx. The square of dx is below the
+        // precision.
         let excess = exact.iter().map(|x| x * x).sum::<f64>() - 1.0;
         if excess.abs() < f64::EPSILON || key[index] == 0.0 {
             break;

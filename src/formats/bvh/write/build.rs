@@ -23,7 +23,8 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 /// The frame rate of a file with only a rest pose, in frames per second.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-/// The length in bytes of a part of the text, which is packed: a long text would take more memory than its scene.
+/// The length in bytes of a part of the text. Parts are packed, because a long text would take more memory than its
+/// scene.
 const PART: usize = 1 << 20;
 
 /// The text in parts, and the renamed nodes.
@@ -58,20 +59,20 @@ pub(super) struct Joint<'a> {
     #[doc(hidden)]
     pub node: usize,
     is_end_site: bool,
-    /// The number of nodes from the first written one to this one.
+    /// The number of nodes from the first written node to this node.
     depth: usize,
     pub(super) offset: Vec3,
     /// The product of the ancestors' scales.
     scale: Vec3,
-    /// Whether it has position channels.
+    /// Whether the node has position channels.
     pub(super) moves: bool,
-    /// Whether it has rotation channels.
+    /// Whether the node has rotation channels.
     pub(super) turns: bool,
     order: RotationOrder,
 }
 
 impl Joint<'_> {
-    /// The position relative to its parent, which has no scale in BVH. `places` come from [`places`].
+    /// The position relative to the parent, which has no scale in BVH. `places` is the result of [`places`].
     pub(super) fn position(&self, transform: &Trs, places: Option<&[Vec<Vec3>]>, frame: usize) -> Vec3 {
         match places {
             Some(places) => places[frame][self.node],
@@ -85,7 +86,7 @@ pub(super) fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Ve
     let first = motion.first;
     let places = places(motion);
     // Some programs add position channels to the OFFSET, others replace it. Scenes from other formats are written so
-    // that both give the same result. A BVH file keeps its OFFSETs.
+    // that both kinds of programs give the same result. A BVH file keeps its OFFSETs.
     let keeps_offsets = motion.scene.metadata.format == Some(Format::Bvh);
     let rest = motion.rest();
     let mut start = rest.clone();
@@ -168,8 +169,8 @@ fn is_elsewhere(position: Vec3, point: Vec3) -> bool {
 
 /// The OFFSET of a joint. A joint without position channels gets the position of its first frame.
 ///
-/// Some programs add certain positions to the OFFSET: the positions of a root that starts near zero although its OFFSET
-/// is not, and positions near zero in all frames. With a zero OFFSET all programs agree.
+/// Some programs add certain positions to the OFFSET. They do this if all positions of a joint are near zero, or if a
+/// root starts near zero although its OFFSET is not near zero. With a zero OFFSET all programs agree.
 fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool) -> Vec3 {
     if !moves {
         start
@@ -182,8 +183,8 @@ fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool
 
 /// Whether a reader may take a position for a displacement from the OFFSET.
 fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
-    /// The fraction of the OFFSET's length below which a reader may take a position for a displacement. It is larger
-    /// than the limits of this crate's reader.
+    /// The fraction of the OFFSET's length below which a reader may take a position for a displacement. This fraction
+    /// is larger than the fractions in this crate's reader.
     const NEAR_ZERO: f32 = 0.06;
     position.abs().max_element() <= NEAR_ZERO * offset.length()
 }

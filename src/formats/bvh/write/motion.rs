@@ -4,7 +4,7 @@ use glam::Vec3;
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Node, NodeId, NodeKind, Scene};
 
-/// The largest difference between an axis's scale and another's, as a fraction, in an even scale.
+/// The largest difference between the scales of two axes in an even scale, as a fraction.
 const EVEN: f32 = 1e-5;
 
 /// The first animation of a scene, bound to its nodes.
@@ -70,7 +70,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// The written nodes: the first and its descendants, or all from there on if there are several roots.
+    /// The written nodes: the first node and its descendants, or all nodes from the first if there are several roots.
     pub(super) fn written(&self) -> std::ops::Range<usize> {
         let nodes = &self.scene.nodes;
         let Some(first) = nodes.get(self.first) else {
@@ -87,18 +87,18 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// The parent of a node, if it is written.
+    /// The parent of a node, if the parent is written.
     pub(super) fn parent(&self, node: usize) -> Option<usize> {
         let parent = self.scene.nodes[node].parent.map(NodeId::index);
         parent.filter(|parent| *parent >= self.first)
     }
 }
 
-/// The first written node. Static groups above it with a single child that contains all joints are skipped: the
-/// skeleton begins with its root. So is the group that a reader adds above several roots.
+/// The first written node. Static groups with a single child that contains all joints are skipped, so that the skeleton
+/// begins with its root. The group that a reader adds above several roots is skipped too.
 fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
     let nodes = &scene.nodes;
-    // Static nodes that only show something need no joint.
+    // A static group that only has a mesh needs no joint.
     let mut is_needed: Vec<bool> = std::iter::zip(nodes, channels)
         .map(|(node, channel)| node.kind != NodeKind::Group || stays(node, *channel).is_none())
         .collect();
@@ -162,7 +162,7 @@ fn stays(node: &Node, channel: Option<&Channel>) -> Option<Trs> {
 
 /// The product of an evenly scaled transform and a child's transform.
 fn placed(above: &Trs, below: &Trs) -> Trs {
-    // Keeps all bits, including the signs of zeros.
+    // The child's transform keeps all bits, including the signs of zeros.
     if *above == Trs::IDENTITY {
         return *below;
     }

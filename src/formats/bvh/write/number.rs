@@ -33,16 +33,15 @@ pub(super) fn push_single(text: &mut String, value: f32, digits: Option<usize>) 
 }
 
 /// The values with the fewest decimals that `accepts` accepts. The unrounded values are tried last. `None` if it
-/// accepts none.
+/// accepts no values.
 pub fn shortest<const N: usize>(values: [f64; N], accepts: impl Fn([f64; N]) -> bool) -> Option<[f64; N]> {
-    let mut scale = 1.0;
-    for _ in 0..=MOST_DECIMALS {
-        // A quotient of two integers is rounded once, so it is the number that the decimals denote.
-        let rounded = values.map(|value| (value * scale).round() / scale);
-        if accepts(rounded) {
-            return Some(rounded);
-        }
-        scale *= 10.0;
-    }
-    accepts(values).then_some(values)
+    roundings(values).find(|rounded| accepts(*rounded))
+}
+
+/// The values with no decimals, with one decimal, and so on, and last the unrounded values.
+pub(super) fn roundings<const N: usize>(values: [f64; N]) -> impl Iterator<Item = [f64; N]> {
+    let scales = std::iter::successors(Some(1.0), |scale| Some(scale * 10.0)).take(MOST_DECIMALS + 1);
+    // A quotient of two integers is rounded once, so it is the double nearest to the decimal number.
+    let rounded = scales.map(move |scale| values.map(|value| (value * scale).round() / scale));
+    rounded.chain(std::iter::once(values))
 }

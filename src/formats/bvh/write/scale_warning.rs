@@ -1,4 +1,4 @@
-//! The warning about scales that joint positions do not store.
+//! The warning about joints that scales move in the scene but not in the file.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -9,7 +9,7 @@ use super::build::joints;
 use super::motion::Motion;
 use super::scales::{SAME_SCALE, places};
 
-/// A warning if scales move joints, because BVH has no channel for scales. It states the largest distance.
+/// A warning if scales move joints, because BVH has no channel for scales. The warning states the largest distance.
 pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
     /// The rounding of 32-bit products, as a fraction of the farthest position.
     const ROUNDING: f32 = 1e-5;

@@ -17,7 +17,7 @@ enum Values {
     Numbers(Vec<f64>, Vec<usize>),
 }
 
-/// All parameters.
+/// The parameters of a file.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Parameters {
     /// Whether the list has an end mark.
@@ -154,7 +154,8 @@ impl Parameters {
         (!text.is_empty()).then_some(text)
     }
 
-    /// The number of frames of long recordings, which the header cannot hold: first and last frame as two words each.
+    /// The number of frames of a long recording, which the header cannot hold. The parameters have the first and the
+    /// last frame, as two words each.
     pub(super) fn frames(&self) -> Option<u64> {
         let last = self.field("ACTUAL_END_FIELD")?;
         last.checked_sub(self.first_frame()?).map(|frames| frames + 1)
@@ -185,8 +186,9 @@ impl Parameters {
         parts.flatten().copied().collect()
     }
 
-    /// The numbers of an array of objects, and the count of numbers per object. The count is the product of all sizes
-    /// except the size after the first `sizes` ones. Some writers omit that size for a single object.
+    /// The numbers of an array of objects, and the count of numbers per object. The first `sizes` sizes belong to one
+    /// object, and the next size is the number of objects. Some writers omit the number of objects if there is a single
+    /// one.
     pub(super) fn array(&self, group: &str, name: &str, sizes: usize) -> Option<(&[f64], usize)> {
         match self.get(group, name)? {
             Values::Numbers(numbers, dimensions) => Some((numbers, dimensions.iter().take(sizes).product())),
@@ -209,7 +211,7 @@ impl Parameters {
 
     /// The number of analog channels.
     pub(super) fn analog_channels(&self) -> Option<usize> {
-        // An unsigned word.
+        // The value is an unsigned word.
         Some(usize::from(self.number("ANALOG", "USED")? as i64 as u16))
     }
 

@@ -60,7 +60,7 @@ pub(super) fn read(
             let Some((position, residual)) = read_point(point, processor, header.scale) else {
                 continue;
             };
-            // In single precision, a number that kinematics cannot compute with becomes infinite at once.
+            // Kinematics cannot compute with these numbers, so the point counts as not seen.
             if let Some(number) = position.to_array().into_iter().find(|number| !is_plausible(*number)) {
                 warnings.tally(Code::NonFiniteValue, || {
                     let message = format!(
@@ -100,8 +100,8 @@ pub(super) fn read(
     Ok(points)
 }
 
-/// The records of data after the stated ones. Padding of the last block does not count: zeros, or in a file of whole
-/// blocks, less than a block of anything.
+/// The number of records after the stated ones. Padding at the end does not count. Zeros are padding. In a file of
+/// whole blocks, any bytes that are fewer than a block are padding too.
 fn records_beyond(data: &[u8], record_size: usize, stated: usize, file_size: usize) -> usize {
     let beyond = data.get(stated.saturating_mul(record_size)..).unwrap_or_default();
     let used = beyond.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);

@@ -58,8 +58,8 @@ pub(super) fn read(
     (recorded != Recording::default()).then_some(recorded)
 }
 
-/// The measures with which Plug-in Gait computes legs.
-fn measures(parameters: &Parameters) -> Vec<AnalogChannel> {
+/// The measures of the person from which Vicon's Plug-in Gait computes the legs.
+fn measures(parameters: &Parameters) -> Vec<(String, f64)> {
     const SIDED: [&str; 8] = [
         "LegLength",
         "AsisTrocanterDistance",
@@ -75,14 +75,8 @@ fn measures(parameters: &Parameters) -> Vec<AnalogChannel> {
         .flat_map(|side| SIDED.map(|name| format!("{side}{name}")));
     let names = sided.chain(["InterAsisDistance", "MarkerDiameter"].map(str::to_owned));
     let measure = |name: String| {
-        let value = parameters
-            .number("PROCESSING", &name.to_ascii_uppercase())
-            .filter(|value| value.is_finite())?;
-        Some(AnalogChannel {
-            name,
-            unit: String::new(),
-            values: vec![value as f32],
-        })
+        let value = parameters.number("PROCESSING", &name.to_ascii_uppercase())?;
+        value.is_finite().then_some((name, value))
     };
     names.filter_map(measure).collect()
 }
@@ -130,7 +124,7 @@ fn header_events(bytes: &[u8], processor: Processor, header: &Header) -> Vec<Eve
     (0..count).filter_map(event).collect()
 }
 
-/// The samples of each channel per frame, and the channels with the samples of all complete frames.
+/// The number of samples of each channel per frame, and the channels with the samples of all complete frames.
 fn channels(
     bytes: &[u8],
     processor: Processor,
@@ -144,7 +138,7 @@ fn channels(
         .analog_channels()
         .filter(|count| *count > 0)
         .unwrap_or(header.samples);
-    // A header may state thousands of channels in a file that ends before them.
+    // A header may state thousands of channels, although the file ends before the samples.
     if header.samples == 0 || count == 0 || frames == 0 {
         return (0, Vec::new());
     }
@@ -195,13 +189,14 @@ fn report_not_finite(channels: &[AnalogChannel], warnings: &mut Warnings) {
                     channel.values.len(),
                     channel.name
                 );
-                Diagnostic::new(Code::NonFiniteValue, message).help("they are written as 0")
+                Diagnostic::new(Code::NonFiniteValue, message).help("these samples are written as 0")
             });
         }
     }
 }
 
-/// Converts numbers of the file to values: minus the offset, times the channel scale and the common scale.
+/// Converts numbers of the file to values: subtracts the offset, and multiplies by the scale of the channel and the
+/// common scale.
 struct Scaling {
     is_unsigned: bool,
     general: f64,
@@ -329,8 +324,8 @@ fn calibration(matrix: &[f64], sizes: &[usize], plate_type: u32, metres: f64) ->
     (0..rows * columns).map(number).collect()
 }
 
-/// The first and the last frame of the baseline, counted from 0. C3D counts from 1. A range from 0 means that the file
-/// states no baseline.
+/// The first and the last frame of the baseline (the frames in which nobody is on the plate), counted from 0. C3D
+/// counts from 1. A range from 0 means that the file states no baseline.
 fn zero(range: &[f64]) -> Option<[usize; 2]> {
     match *range {
         [first, last, ..] if first >= 1.0 && last >= first => Some([first as usize - 1, last as usize - 1]),
@@ -338,8 +333,8 @@ fn zero(range: &[f64]) -> Option<[usize; 2]> {
     }
 }
 
-/// The factor of a plate's channel for newtons, metres and newton metres. If the unit is not stated, it is the unit of
-/// the points.
+/// The factor that converts a plate's channel to newtons, metres or newton metres. If no unit is stated, lengths are in
+/// the unit of the points.
 pub fn si(plate_type: u32, index: usize, unit: &str, metres: f64) -> f64 {
     let letters: String = unit
         .chars()

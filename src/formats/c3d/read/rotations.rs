@@ -1,5 +1,5 @@
-//! Reads the group `ROTATION`: the pose of each body segment in each frame. Markerless systems write it instead of
-//! markers, such as Theia.
+//! Reads the group `ROTATION`: the pose of each body segment in each frame. Markerless systems such as Theia write this
+//! group instead of markers.
 //!
 //! The data has 17 floats for each segment and frame: a 4 by 4 matrix from the segment to the laboratory, column by
 //! column, and a residual. A negative residual means that the segment was not found (C-Motion, *ROTATION data type*).
@@ -133,7 +133,7 @@ impl Segments {
         self.segments.iter().find(is_it)
     }
 
-    /// Whether the segments are a body with legs, whose axes are those of Visual3D.
+    /// Whether the segments are a body with legs, in the axes of Visual3D.
     fn are_a_body(&self) -> bool {
         if LEAST.iter().any(|name| self.named(name).is_none()) {
             return false;
@@ -144,7 +144,7 @@ impl Segments {
         across.x > 0.0 && is_below('l') && is_below('r')
     }
 
-    /// The median position of a segment in the axes of another one.
+    /// The median position of a segment in the axes of another segment.
     fn offset(&self, parent: &str, child: &str) -> DVec3 {
         let (Some(parent), Some(child)) = (self.named(parent), self.named(child)) else {
             return DVec3::ZERO;
@@ -276,7 +276,7 @@ impl Segment {
         name.strip_suffix(ENDING).unwrap_or(&name).to_owned()
     }
 
-    /// The poses of all frames. Those between found poses are interpolated.
+    /// The poses of all frames. Missing poses between two poses are interpolated.
     fn whole(&self) -> Vec<(DQuat, DVec3)> {
         let found = |frame: &usize| self.poses[*frame].is_some();
         let mut before = None;

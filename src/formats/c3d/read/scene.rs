@@ -57,7 +57,8 @@ pub(super) fn build(
             return scene;
         }
         let message = format!("the poses of {} segments in ROTATION were skipped", segments.count());
-        let help = "they are read if the file has no markers, and the segments of Theia: pelvis, l_thigh, l_shank, ...";
+        let help = "mocap reads segments only from a file without markers whose segments have the names of Theia: \
+                    pelvis, l_thigh, l_shank, ...";
         warnings.push(Code::IgnoredChannel, || {
             Diagnostic::new(Code::IgnoredChannel, message).help(help)
         });
@@ -82,9 +83,10 @@ pub(super) fn build(
     scene
 }
 
-/// Removes the points that are not positions, except values that a model computed.
+/// Removes the points that are not positions, such as joint angles, and returns them as channels.
 fn outputs(parameters: &Parameters, names: &mut Vec<String>, points: &mut Points) -> Vec<AnalogChannel> {
-    /// Parameters with the labels of such points, and with their unit (Vicon's C3D manual).
+    /// For each kind of points that are not positions: the parameter with their labels, and the parameter with their
+    /// unit (Vicon's C3D manual).
     const KINDS: [[&str; 2]; 4] = [
         ["ANGLES", "ANGLE_UNITS"],
         ["FORCES", "FORCE_UNITS"],
@@ -128,7 +130,7 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     if channels > 0 {
         let rate = recorded.analog_rate;
         let choice = format!("{channels} analog channels at {rate} Hz, {plates} force plates");
-        let reason = "motion formats cannot hold them; mocap analog and mocap forces write them";
+        let reason = "motion formats cannot hold these data; mocap analog and mocap forces write them";
         assume(Topic::Analog, &choice, reason);
     }
     if !recorded.outputs.is_empty() {
@@ -137,24 +139,25 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
             recorded.outputs.len(),
             recorded.outputs[0].name
         );
-        let reason = "they are not markers; mocap angles and mocap gait compare joint angles with them";
+        let reason =
+            "model outputs are not markers; mocap angles and mocap gait compare joint angles with model outputs";
         assume(Topic::Analog, &choice, reason);
     }
     if !recorded.events.is_empty() {
         let choice = format!("{} events", recorded.events.len());
-        let reason = "motion formats cannot hold them; mocap info lists them";
+        let reason = "motion formats cannot hold these data; mocap info lists them";
         assume(Topic::Events, &choice, reason);
     }
 }
 
 /// The reason for +Z up if the file does not state the up axis.
-const UP_IS_OPEN: &str = "the file does not state it; capture systems have +Z up";
+const UP_IS_OPEN: &str = "the file states no up axis; capture systems have +Z up";
 
 /// The up axis is the screen's y axis, if the file states it.
 pub(super) fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
     match parameters.text("POINT", "Y_SCREEN") {
-        Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN says so"),
-        Some("+Z" | "Z") => (UpAxis::Z, "POINT:Y_SCREEN says so"),
+        Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN states it"),
+        Some("+Z" | "Z") => (UpAxis::Z, "POINT:Y_SCREEN states it"),
         _ => (UpAxis::Z, UP_IS_OPEN),
     }
 }

@@ -15,9 +15,9 @@ use crate::{ReadOptions, Source};
 /// Reads blend shapes until their vertices reach the limit.
 pub(super) struct BlendShapes<'a> {
     are_read: bool,
-    /// The clips.
+    /// The clips, in which the weights are sampled.
     stacks: &'a [Stack<'a>],
-    /// The weights of channels at rest and in each clip, by their ids.
+    /// The weights of channels at rest and in each clip, by the ids of the channels.
     weights: HashMap<u32, (f32, Vec<Keys<f32>>)>,
     /// The number of vertices that may still be read. Several vertices of the mesh can share a vertex of a shape.
     left: u64,
@@ -61,8 +61,8 @@ impl<'a> BlendShapes<'a> {
         }
     }
 
-    /// The targets of a mesh that has one vertex for each of these corners. `to_mesh` transforms positions and normals
-    /// from the file's space to the mesh's space.
+    /// The targets of a mesh that has one vertex for each of `corners`. `to_mesh` transforms positions and normals from
+    /// the file's space to the mesh's space.
     pub(super) fn of(&mut self, source: &ufbx::Mesh, corners: &[usize], to_mesh: (DMat4, DMat4)) -> Vec<MorphTarget> {
         let channels = source.blend_deformers.iter().flat_map(|deformer| &deformer.channels);
         let mut channels = channels.peekable();

@@ -31,7 +31,7 @@ fn wrap(mode: ufbx::WrapMode) -> Wrap {
 
 /// A material of the scene, with the texture coordinates that its meshes use.
 pub(super) struct Read {
-    /// Its index in [`Scene::materials`].
+    /// The index of the material in [`Scene::materials`].
     pub(super) index: usize,
     /// The name of the set of coordinates (empty for the first set), and the transform from the set to the texture. A
     /// mesh without a texture keeps the first set, because another program may add a texture.
@@ -153,8 +153,8 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The values of a surface that are no colours. A Phong material states them only by Blender's convention, which
-    /// Blender and this crate follow.
+    /// The values of a surface that are no colours. In Phong materials only Blender and this crate state them, by
+    /// Blender's convention.
     fn appearance(&self, material: &ufbx::Material) -> Surface {
         let plain = Surface::default();
         let (fbx, pbr) = (&material.fbx, &material.pbr);

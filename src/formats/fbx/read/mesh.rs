@@ -108,7 +108,7 @@ pub(super) fn read(
     let mut say = |count: usize, choice: &'static str, what: &str| {
         let meshes = if count == 1 { "mesh" } else { "meshes" };
         if count > 0 {
-            left_out.push((choice, format!("{what} of {count} {meshes} were left out")));
+            left_out.push((choice, format!("mocap did not read {what} of {count} {meshes}")));
         }
     };
     say(doubled, "first skin", "further skins");
@@ -123,11 +123,14 @@ pub(super) fn read(
     }
     if rigid > 0 {
         let meshes = if rigid == 1 { "mesh" } else { "meshes" };
-        left_out.push(("skinned", format!("{rigid} {meshes} without a skin were left out")));
+        left_out.push(("skinned", format!("mocap did not read {rigid} {meshes} without a skin")));
     }
     if !materials.left_out.is_empty() {
         let names: Vec<_> = materials.left_out.iter().map(String::as_str).collect();
-        left_out.push(("base colour", format!("textures of {} were left out", names.join(", "))));
+        left_out.push((
+            "base colour",
+            format!("mocap did not read the textures of {}", names.join(", ")),
+        ));
     }
     Ok(left_out)
 }
@@ -139,7 +142,7 @@ fn has_dual_quaternions(skin: &ufbx::SkinDeformer) -> bool {
 }
 
 /// Whether clusters disagree about the matrix from the geometry to the world. A cluster has two matrices, and programs
-/// differ in which one they take the bind pose from.
+/// differ in the matrix from which they take the bind pose.
 fn states_two_poses(skin: &ufbx::SkinDeformer) -> bool {
     /// The rounding error of matrix products, relative to the farthest joint and to the axes.
     const ROUNDING: f64 = 1e-4;

@@ -24,7 +24,7 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
         let head = &bytes[..bytes.len().min(FBX_HEAD.len())];
         return Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
             .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", quote(head))
-            .help("check that the extension matches the contents of the file, and that it is not compressed");
+            .help("check that the extension matches the contents of the file, and that the file is not compressed");
     }
     let cut_off = match bytes.starts_with(FBX_HEAD) {
         true => cut_off_binary(bytes),
@@ -37,7 +37,7 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
             .expected_found("the rest of an FBX file", format!("{} bytes", bytes.len()))
             .help("export or download the file again"),
         None => Diagnostic::new(Code::InvalidFbx, message)
-            .help("export it again, as binary FBX of version 7.4 or newer, or as BVH"),
+            .help("export the motion again, as binary FBX of version 7.4 or newer, or as BVH"),
     }
 }
 
@@ -58,7 +58,8 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
     let mut start = SECTIONS;
     loop {
         let end = number(start)?;
-        // A section has its end, the number of values and their bytes, then the length of the name and the name.
+        // A section has its end, the number of its values and the length of their bytes, then the length of its name,
+        // and its name.
         let name_at = start + 3 * number_size + 1;
         let length = usize::from(*bytes.get(name_at - 1)?);
         let name = quote(bytes.get(name_at..name_at + length)?);
@@ -73,7 +74,8 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
                     .help("export or download the file again"),
             );
         }
-        // The last section has the end 0. Other ends that do not increase are another kind of damage.
+        // The record after the last section states the end 0, so the file is not cut off. Any other end before the name
+        // is a fault of another kind.
         if end < name_at {
             return None;
         }

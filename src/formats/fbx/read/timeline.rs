@@ -62,7 +62,7 @@ impl Timeline {
     }
 }
 
-/// The curves of a stack that move any of these elements.
+/// The curves of a stack that move any of the elements `moved`.
 fn curves<'a>(stack: &'a ufbx::AnimStack, moved: &HashSet<u32>) -> Vec<&'a ufbx::AnimCurve> {
     let properties = stack.layers.iter().flat_map(|layer| layer.anim_props.iter());
     let of_nodes = properties.filter(|property| moved.contains(&property.element.element_id));

@@ -31,7 +31,7 @@ const TANGENT_WEIGHTS: u32 = 0x0d05_0d05;
 /// The written clips.
 #[derive(Default)]
 pub(super) struct Clips {
-    /// The names and ends of the clips.
+    /// The names of the clips, and the times of their ends.
     pub(super) ends: Vec<(String, i64)>,
     /// The layers of the clips.
     pub(super) layers: Vec<Layer>,
@@ -210,7 +210,7 @@ impl Clip<'_, '_, '_> {
                 Some(before)
             };
             let values = values(keys, next).map_err(|tick| {
-                let message = format!("the rotation at tick {tick} is not a rotation");
+                let message = format!("the quaternion at tick {tick} is not a rotation");
                 unrepresentable(&channel.node_name, message)
             })?;
             tracks.push(Track {
@@ -243,9 +243,9 @@ impl Clip<'_, '_, '_> {
         Some(Keys::at_ticks(values, ticks))
     }
 
-    /// Adds the curves of a track that leaves the rest pose, or of any track with `all`. Returns whether it added
-    /// curves. All three axes get a curve, because the importer built into Blender 5.0 ignores a rotation without one
-    /// of them.
+    /// Adds the curves of a track if it leaves the rest pose, or in any case with `all`. Returns whether curves were
+    /// added. All three axes get a curve, because the importer built into Blender 5.0 ignores a rotation without one of
+    /// them.
     fn write(&mut self, model: Id, track: &Track, all: bool) -> Result<bool> {
         // Compare in single precision.
         let is_rest = |axis: usize| {

@@ -53,7 +53,7 @@ impl Curve {
         self.values.iter().all(|value| *value == self.values[0])
     }
 
-    /// The curves of vectors with keys at the same ticks.
+    /// The three curves of a track of vectors. Their keys are at the same ticks.
     pub(super) fn of_vectors(ticks: Option<&Vec<f64>>, values: &[DVec3]) -> [Self; 3] {
         let ticks: Option<Rc<[f64]>> = ticks.map(|ticks| ticks.as_slice().into());
         std::array::from_fn(|axis| Self {
@@ -111,7 +111,7 @@ impl Encoding for Curves {
 /// A clip with reduced keys.
 pub(super) struct ReducedClip<'a> {
     clip: CompressedClip,
-    /// Metres in a unit of the scene.
+    /// Metres per unit of the scene.
     metres: f64,
     space: &'a Space,
 }

@@ -16,7 +16,7 @@ use crate::fbx::FOOTER_END;
 /// An array of fewer bytes is not compressed.
 const COMPRESSED_FROM: usize = 128;
 
-/// The compression level of zlib. For such numbers, higher levels take much longer and save little.
+/// The compression level of zlib. For the numbers of keys, higher levels take much longer and save little.
 const LEVEL: i32 = 6;
 
 /// The id of a file, its time of creation and the start of its footer must match. All files share these constants, so
@@ -46,7 +46,7 @@ pub(super) enum Value<'a> {
     Text(Cow<'a, str>),
     Bytes(&'a [u8]),
     Array(Array),
-    /// A number of values copied from the original file, as bytes.
+    /// Values copied from the original file: their number, and their bytes.
     Read(usize, &'a [u8]),
 }
 
@@ -202,7 +202,7 @@ impl<'a> Element<'a> {
 /// The original file with these sections. Keeps the version and the start of the footer.
 ///
 /// # Errors
-/// [`Code::LimitExceeded`] where the file is too large for its version.
+/// [`Code::LimitExceeded`] if the file is too large for its version.
 pub(super) fn kept(sections: Vec<Element<'_>>, version: u32, footer: &[u8]) -> Result<Vec<u8>> {
     let mut writer = Writer::new(version);
     sections.iter().try_for_each(|section| writer.element(section))?;
@@ -212,7 +212,7 @@ pub(super) fn kept(sections: Vec<Element<'_>>, version: u32, footer: &[u8]) -> R
 /// The file with these sections, the first of which is the header extension.
 ///
 /// # Errors
-/// [`Code::LimitExceeded`] where the file is too large for its version.
+/// [`Code::LimitExceeded`] if the file is too large for its version.
 pub(super) fn file(sections: Vec<Element<'_>>, version: FbxVersion, creator: &str) -> Result<Vec<u8>> {
     let mut sections = sections.into_iter();
     let first = sections.next().into_iter();

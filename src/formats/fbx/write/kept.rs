@@ -140,7 +140,7 @@ fn id(element: &ufbx::Element) -> Option<Id> {
 struct Models {
     placed: Vec<Placed>,
     pivots: Vec<Pivots>,
-    /// From a model to its joint, in the frame of the joint.
+    /// The transform from each model to its joint, in the coordinate frame of the joint.
     to_joint: Vec<DMat4>,
     metres_per_unit: f64,
 }
@@ -180,7 +180,7 @@ impl Models {
             let above = node.parent.map_or(DMat4::IDENTITY, |parent| worlds[parent.index()]);
             let world = above * node.transform.as_dmat4();
             let to_joint = world.inverse() * to_scene * matrix(&model.node_to_world);
-            // A joint at another position has another rest pose.
+            // If a joint is not at the position of its model, the rest pose of the scene has changed.
             if !to_joint.is_finite()
                 || to_joint.w_axis.truncate().length() > SAME * (1.0 + world.w_axis.truncate().length())
             {
@@ -221,7 +221,7 @@ impl Models {
         Ok(made)
     }
 
-    /// The scene with values converted to curves of the models.
+    /// The scene, with its values converted to curves of the models.
     fn scene(&self, scene: &Scene) -> Scene {
         let nodes = scene.nodes.iter().zip(&self.placed);
         let node = |(node, placed): (&Node, &Placed)| Node {
@@ -331,7 +331,7 @@ impl Models {
     }
 }
 
-/// An axis of the file.
+/// The direction of an axis that the file states.
 fn axis(axis: ufbx::CoordinateAxis) -> Option<DVec3> {
     use ufbx::CoordinateAxis as Axis;
     Some(match axis {

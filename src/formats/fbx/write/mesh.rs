@@ -134,7 +134,7 @@ fn is_written(mesh: &Mesh) -> bool {
     mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty()
 }
 
-/// Whether two meshes are parts of the same mesh.
+/// Whether two meshes of the scene become parts of one mesh in the file.
 fn is_one(a: &Mesh, b: &Mesh) -> bool {
     let bones = |mesh: &Mesh| mesh.bones.len();
     let layers = |mesh: &Mesh| (mesh.normals.is_empty(), mesh.texture_coords.is_empty());

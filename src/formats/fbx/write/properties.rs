@@ -12,7 +12,7 @@ impl<'a> Properties<'a> {
         Self(Vec::new())
     }
 
-    /// A property by name, type, label and flags: `A` can be animated, `U` is the user's.
+    /// A property by name, type, label and flags. `A` means that it can be animated, `U` that the user has added it.
     pub(super) fn property<const N: usize>(
         mut self,
         name: &'static str,

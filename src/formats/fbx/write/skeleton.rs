@@ -139,7 +139,7 @@ pub(super) fn write<'a>(
 /// Whether each node becomes a `LimbNode`: joints, nodes to which a mesh is bound, and groups between two such nodes.
 ///
 /// Blender's Python importer finds no armature for bones below a `Null` that is itself below a bone. If a mesh is bound
-/// to such bones, it fails with `KeyError: None`.
+/// to such bones, the importer fails with `KeyError: None`.
 fn bones(scene: &Scene, binds: &BTreeSet<usize>) -> Vec<bool> {
     let nodes = scene.nodes.iter().enumerate();
     let mut is_bone: Vec<bool> = nodes
@@ -191,8 +191,8 @@ fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
 }
 
 /// The number of leading groups that the writer drops, because the implicit root of the file replaces them. By default
-/// it is the root node that an FBX file had. With [`FbxRoot::None`], it is all groups above the skeleton that do
-/// nothing.
+/// the writer drops the root node of a scene that was read from FBX. With [`FbxRoot::None`], it drops all groups above
+/// the skeleton that do nothing.
 fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &BTreeSet<usize>) -> usize {
     let nodes = &scene.nodes;
     let is_still = |index: usize| {

@@ -29,9 +29,9 @@ const OVERRIDES: [(&str, &[&str]); 3] = [
 enum Override {
     #[default]
     No,
-    /// In proportion to its weight.
+    /// In proportion to the weight of the overriding expression.
     Blend,
-    /// Completely, whatever its weight.
+    /// Completely, whatever the weight of the overriding expression.
     Block,
 }
 
@@ -45,7 +45,7 @@ impl Override {
     }
 }
 
-/// A morph target that an expression moves, with its weight at expression weight 1.
+/// A morph target that an expression moves, with the weight of the target when the expression has weight 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MorphBind {
     /// The index of the node in the file.
@@ -56,7 +56,7 @@ pub(super) struct MorphBind {
 
 #[derive(Clone, Debug)]
 pub(super) struct Expression {
-    /// The name in VRM 1.0.
+    /// The name of the expression in VRM 1.0.
     name: String,
     is_preset: bool,
     /// The look direction, as an index into the look weights.
@@ -64,12 +64,12 @@ pub(super) struct Expression {
     is_binary: bool,
     overrides: [Override; OVERRIDES.len()],
     pub(super) binds: Vec<MorphBind>,
-    /// Whether it also changes materials.
+    /// Whether the expression also changes materials.
     pub(super) has_more: bool,
 }
 
 impl Expression {
-    /// Whether it is the expression of a VRM animation. VRM 0 lacks presets for some.
+    /// Whether this is the expression that a VRM animation names. VRM 0 lacks some presets.
     pub(super) fn is_of(&self, face: &Face) -> bool {
         match face {
             Face::Preset(name) if self.is_preset => self.name == *name,
@@ -82,7 +82,7 @@ impl Expression {
         }
     }
 
-    /// One that moves the morph targets of a shape alone.
+    /// An expression that only moves the morph targets of a shape.
     pub(super) fn of_shape(name: &str, binds: Vec<MorphBind>) -> Self {
         Self {
             name: name.to_owned(),
@@ -95,7 +95,7 @@ impl Expression {
         }
     }
 
-    /// The effective weight.
+    /// The effective weight of the expression for the weight `said`. A binary expression has weight 0 or 1.
     pub(super) fn weight(&self, said: f32) -> f32 {
         let weight = said.clamp(0.0, 1.0);
         match self.is_binary {

@@ -96,7 +96,7 @@ impl Gaze {
         Quat::from_euler(EulerRot::YXZ, yaw, pitch, 0.0)
     }
 
-    /// Adds keys to the eyes of a character. False if it has no eyes.
+    /// Adds keys to the eyes of a character. Returns false if the character has no eyes.
     pub(super) fn turn_eyes(
         &self,
         scene: &Scene,

@@ -1,4 +1,5 @@
-//! ARKit's shapes of a face on a character: by morph targets of their names, or by expressions that mean the same.
+//! ARKit's shapes of a face on a character. A morph target with the name of a shape shows the shape. Without such a
+//! target, an expression with the same meaning shows it.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +10,8 @@ use serde_json::Value;
 
 use super::binds::{Expression, MorphBind, index_of};
 
-/// What presets of VRM 1.0 are as shapes, with the part that each adds: by what Apple's documentation says that each
-/// shape does. VRM's other presets have no shape, or only together with others.
+/// The shapes of each VRM 1.0 preset, and the weight that each shape adds, by Apple's description of the shapes. The
+/// other presets of VRM match no shape, or only several shapes together.
 const PRESETS: [(&str, &[(&str, f32)]); 9] = [
     ("blinkLeft", &[("eyeBlinkLeft", 1.0)]),
     ("blinkRight", &[("eyeBlinkRight", 1.0)]),
@@ -26,7 +27,7 @@ const PRESETS: [(&str, &[(&str, f32)]); 9] = [
     ),
 ];
 
-/// The shape that a part of a face is.
+/// The ARKit shape of a face part; `None` for presets and for the gaze.
 fn shape_of(face: &Face) -> Option<&'static str> {
     match face {
         Face::Custom(name) => face_shape(name),
@@ -34,7 +35,7 @@ fn shape_of(face: &Face) -> Option<&'static str> {
     }
 }
 
-/// Expressions for the morph targets with names of shapes that no expression of the file has.
+/// An expression for each morph target that has the name of a shape, unless the file has an expression for the shape.
 pub(super) fn of_targets(root: &Value, known: &[Expression]) -> Vec<Expression> {
     let mut binds: BTreeMap<&'static str, Vec<MorphBind>> = BTreeMap::new();
     for (node, value) in root["nodes"].as_array().into_iter().flatten().enumerate() {
@@ -59,7 +60,7 @@ pub(super) fn of_targets(root: &Value, known: &[Expression]) -> Vec<Expression> 
     new.map(|(shape, binds)| Expression::of_shape(shape, binds)).collect()
 }
 
-/// The presets that a shape moves, of those that the character has.
+/// The presets of the character that a shape moves.
 pub(super) fn presets_of<'a>(
     face: &Face,
     expressions: &'a [Expression],
@@ -75,11 +76,12 @@ fn has(expressions: &[Expression], preset: &str) -> bool {
     let preset = Face::Preset(preset.to_owned());
     let is_there = |face: &Face| expressions.iter().any(|own| own.is_of(face) && !own.binds.is_empty());
     let one_eyed = ["blinkLeft", "blinkRight"].map(|name| Face::Preset(name.to_owned()));
-    // Both eyes together only where they do not close one by one.
+    // `blink` counts only if the character cannot close each eye separately.
     is_there(&preset) && !(preset.name() == "blink" && one_eyed.iter().any(is_there))
 }
 
-/// Tracks of presets for shapes that are no expressions of the character. A preset with a track of its own keeps it.
+/// Tracks of presets, computed from shapes that are not expressions of the character. A preset with its own track keeps
+/// this track.
 pub(super) fn presets(tracks: &[FaceTrack], expressions: &[Expression]) -> Vec<FaceTrack> {
     let is_lacking = |track: &&FaceTrack| !expressions.iter().any(|own| own.is_of(&track.face));
     let lacking: Vec<&FaceTrack> = tracks.iter().filter(is_lacking).collect();

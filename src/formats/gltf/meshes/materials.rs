@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::Value;
 
-use super::super::invalid::{invalid, missing};
+use super::super::invalid::{invalid, json_words, missing};
 use super::Buffers;
 use crate::Failure;
 use crate::texture::media_type;
@@ -124,7 +124,7 @@ pub(super) struct Read {
     pub(super) material: Material,
     /// The number of the texture coordinate set.
     pub(super) coords: usize,
-    /// The transform from the mesh's coordinates to the texture's.
+    /// The transform from the texture coordinates of the mesh to the coordinates in the image.
     pub(super) to_texture: Mat3,
 }
 
@@ -135,7 +135,7 @@ fn fraction(stated: Option<f32>) -> f32 {
         .map_or(1.0, |stated| stated.clamp(0.0, 1.0))
 }
 
-/// The lists of the file.
+/// The lists of materials, textures and images in the file.
 pub(super) struct Lists<'a> {
     pub(super) materials: &'a [Value],
     pub(super) textures: &'a [Value],
@@ -180,7 +180,7 @@ impl Images {
             },
             ..Surface::default()
         };
-        // The factors multiply the texture, so they mean nothing without it.
+        // If the material has a texture for these factors, they mean nothing without the texture, which is not read.
         if pbr.metallic_roughness_texture.is_none() {
             surface.metallic = fraction(pbr.metallic_factor);
             surface.roughness = fraction(pbr.roughness_factor);
@@ -261,5 +261,8 @@ pub(super) fn item<T: serde::de::DeserializeOwned>(
     let value = list
         .get(index)
         .ok_or_else(|| missing(&*pointer, what, index, list.len()))?;
-    T::deserialize(value).map_err(|error| Box::new(invalid(pointer, format!("the {what} cannot be read: {error}"))))
+    T::deserialize(value).map_err(|error| {
+        let message = format!("the {what} cannot be read: {}", json_words(&error));
+        Box::new(invalid(pointer, message))
+    })
 }

@@ -14,9 +14,9 @@ use crate::Failure;
 pub(super) struct Stated<'a> {
     pub(super) names: &'a [String],
     pub(super) weights: &'a [f32],
-    /// The weights of each target in every animation, in seconds. Empty if nothing moves them.
+    /// The weight curves of each target in every animation, with keys in seconds. Empty if nothing moves the targets.
     pub(super) motion: &'a [Vec<Keys<f32>>],
-    /// Whether the targets are read. Otherwise only their rest weights are.
+    /// Whether the targets are read. Otherwise only the rest weights of the targets are read.
     pub(super) are_read: bool,
 }
 

@@ -1,5 +1,5 @@
-//! Writes channels: animated tracks become samplers. Constant tracks become part of the node if they have its rest
-//! value.
+//! Writes channels: animated tracks become samplers. A constant track becomes part of the node if its value is the
+//! node's rest value.
 
 use std::sync::Arc;
 
@@ -25,16 +25,17 @@ use crate::report::Deviation;
 /// The treatment of the file's nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Nodes {
-    /// They take the constant tracks of the only animation. A skin keeps the rest pose.
+    /// The nodes take all constant tracks of the only animation, because a skin has the rest pose.
     OfOneSkinnedAnimation,
-    /// They take those constant tracks of the only animation that equal the rest pose.
+    /// The nodes have the rest pose, so the nodes take only the constant scales, and the constant tracks that equal the
+    /// rest pose.
     OfOneAnimation,
-    /// They have taken the tracks that several animations share: [`rest::of_all`](super::rest::of_all).
+    /// The nodes have taken the tracks that several animations share: [`rest::of_all`](super::rest::of_all).
     OfAllAnimations,
-    /// They have the T-pose of a VRM animation. All nodes but the root keep their positions.
+    /// The nodes have the T-pose of a VRM animation. All nodes but the root keep their positions.
     TPose,
-    /// They belong to a file that is passed through, and stay unchanged. Even constant rotations are channels, because
-    /// another clip of the file may have rotated the joint.
+    /// The nodes belong to a file that is passed through, and stay unchanged. Even constant rotations are channels,
+    /// because another clip of the file may have rotated the joint.
     PassedThrough,
 }
 
@@ -58,7 +59,7 @@ struct Clock<'a> {
     ticks: Option<&'a [f64]>,
     len: usize,
     accessor: Index<Accessor>,
-    /// The remaining keys, if 32-bit floats cannot distinguish all times.
+    /// The indices of the keys that are written, if 32-bit floats cannot distinguish all times.
     kept: Option<Vec<usize>>,
 }
 
@@ -132,7 +133,7 @@ pub(super) fn write(
         is_driven[node] = true;
     }
     if let Some(clip) = compressed.as_ref().filter(|_| writer.takes_constants()) {
-        // A node without a channel is rounded like the others.
+        // A node without a channel is rounded like the other nodes.
         for (node, track) in clip.tracks.iter().enumerate().filter(|(node, _)| !is_driven[*node]) {
             if let (Track::Constant(translation), Track::Constant(rotation)) = (&track.translation, &track.rotation) {
                 rest[node] = Rest {
@@ -190,7 +191,8 @@ impl GltfReport {
 }
 
 impl<'a> Writer<'a> {
-    /// Whether a constant track becomes the value of its node. A track that differs from the rest pose stays a track.
+    /// Whether a constant track becomes the value of its node. Without a skin, a position or rotation that differs from
+    /// the rest pose stays a track.
     fn sets_rest<T: Value<N>, const N: usize>(&self, property: Property, value: T, rest: T) -> bool {
         match self.nodes {
             Nodes::OfOneSkinnedAnimation => true,
@@ -230,7 +232,7 @@ impl<'a> Writer<'a> {
             self.report.constant_tracks += 1;
             let value = T::from(values[0]);
             let sets_rest = self.sets_rest(property, value, rest);
-            // The scale of a node is known from its matrix, so that it is rounded.
+            // The scale of a node in the file comes from its matrix, so it is rounded.
             let is_rounded = self.nodes == Nodes::PassedThrough && property == Property::Scale;
             let is_rest = value.is_same(rest) || is_rounded && value.is_of_rest(rest);
             if self.keeps_constant(property) || !(sets_rest || is_rest) {
@@ -251,7 +253,7 @@ impl<'a> Writer<'a> {
         Ok(rest)
     }
 
-    /// Writes a constant track, so that a take without motion keeps its length and a pose stays an animation. It
+    /// Writes a constant track, so that a take without motion keeps its length and a pose stays an animation. The track
     /// belongs to the node's first property without a track.
     fn hold(&mut self, node: usize, rest: &Rest, duration: f64) {
         let end = (duration / self.ticks_per_second) as f32;
@@ -386,7 +388,7 @@ impl<'a> Writer<'a> {
         array: [f32; N],
     ) {
         self.report.constant_tracks += 1;
-        // A rounded position still equals the rest pose.
+        // A rounded position still counts as the rest position.
         let is_bone = self.scene.nodes[node].face.is_none();
         if self.nodes == Nodes::TPose && property == Property::Translation && node > 0 && is_bone {
             return;

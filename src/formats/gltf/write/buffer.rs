@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::super::compression::{Compression, KHR};
 use super::super::meshopt::{self, Filter};
 
-/// The use of values. In glTF a view has one use, and only views of vertex data state it.
+/// The use of values. In glTF a view has one use, and only views of vertex data state their use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Usage {
     /// Times and values of animation tracks, which share one view.
@@ -72,7 +72,7 @@ impl Default for Base {
     }
 }
 
-/// The finished parts of a file.
+/// The finished objects of a file, and the bytes of its buffer.
 pub(super) struct Parts {
     pub(super) accessors: Vec<Accessor>,
     pub(super) views: Vec<View>,
@@ -116,7 +116,7 @@ const STREAMS: [(Filter, usize); 4] = [
 ];
 
 impl Buffer {
-    /// Starts a buffer for a file with contents.
+    /// Starts a buffer for a file that already has contents.
     pub(super) fn after(base: Base) -> Self {
         Self {
             base,
@@ -156,8 +156,8 @@ impl Buffer {
         self.index(accessor)
     }
 
-    /// Makes room for bytes. A large buffer grows by a sixteenth, because the default, twice its length, is memory that
-    /// no byte uses.
+    /// Makes room for bytes. A large buffer grows by a sixteenth, because growth to twice its length, the default,
+    /// would leave much memory unused.
     fn make_room(&mut self, bytes: usize) {
         // Bytes of a small buffer, for which growing to twice its length is faster and takes little memory.
         const SMALL: usize = 1 << 20;
@@ -176,7 +176,7 @@ impl Buffer {
         Index::new((self.base.views + view) as u32)
     }
 
-    /// Notes a number that is not finite, for [`Buffer::finish`]. It is never written, whatever made it.
+    /// Notes a number that is not finite, for [`Buffer::finish`]. Such a number is never written.
     fn look_at<T: Component, const N: usize>(&mut self, elements: &[[T; N]]) {
         let is_finite = elements.iter().flatten().all(|&number| number.into().is_finite());
         if !is_finite {
@@ -296,7 +296,7 @@ impl Buffer {
         index
     }
 
-    /// The view for the bytes from `start` on: for consecutive keys the last view, otherwise a new one.
+    /// The view for the bytes from `start` on. For consecutive keys it is the last view, otherwise a new one.
     fn view(&mut self, usage: Usage, start: usize) -> usize {
         if usage != Usage::Keys || self.last_usage != Some(Usage::Keys) {
             self.views.push(View {
@@ -322,8 +322,8 @@ impl Buffer {
         last
     }
 
-    /// Compresses the streams. Their views refer to an uncompressed buffer that is not written. It is marked as the
-    /// fallback, which only readers without the extension need.
+    /// Compresses the streams. Their views refer to an uncompressed buffer that is not written. This buffer is marked
+    /// as the fallback, which only readers without the extension need.
     fn finish_streams(&mut self, extension: &'static str) -> Result<Option<(gltf_json::Buffer, &'static str)>> {
         let version = i32::from(extension == KHR);
         let mut fallback = 0;
@@ -373,7 +373,7 @@ impl Buffer {
     /// A number is not finite, or the streams cannot be encoded.
     pub(super) fn finish(mut self, compression: Compression) -> Result<Parts> {
         if let Some(accessor) = self.not_finite {
-            let message = format!("a number of accessor {accessor} would not be finite");
+            let message = format!("a number to write into the accessor {accessor} is not finite");
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
         let streams = match compression.extension() {

@@ -35,7 +35,7 @@ struct Builder<'a> {
     options: &'a GltfOptions,
     content: Content,
     root: Root,
-    /// For each clip of the scene; `None` if nothing of it is written.
+    /// The animation for each clip of the scene; `None` if no track of the clip is written.
     animations: Vec<Option<Animation>>,
     /// File nodes with morph targets, each with the mesh of the scene.
     morphed: Vec<(usize, usize)>,
@@ -198,7 +198,8 @@ impl Builder<'_> {
         })
     }
 
-    /// Whether a skin keeps the rest pose. A requested rest pose is also in the nodes.
+    /// Whether the rest pose is only in a skin, so that the nodes may differ from it. If a step set new rest axes, the
+    /// nodes must have the rest pose too.
     fn has_bind_pose(&self) -> bool {
         let is_skinned = self.scene.meshes.iter().any(|mesh| !mesh.bones.is_empty());
         is_skinned && !self.scene.metadata.steps.iter().any(AppliedStep::takes_new_axes)

@@ -35,8 +35,8 @@ impl Document {
         Ok(ExportFile::of_parts(name, vec![glb.head, self.bin, glb.tail]))
     }
 
-    /// A `.gltf` file, preceded by the `.bin` of its buffer. The `.bin` has the same name, and is absent if the buffer
-    /// is empty.
+    /// A `.gltf` file, preceded by the `.bin` of its buffer. The `.bin` has the name of the `.gltf`, and is absent if
+    /// the buffer is empty.
     pub(in crate::gltf) fn into_text_and_bin_files(self, name: &str) -> Result<Vec<ExportFile>> {
         let bin_name = bin_name(name);
         let text = ExportFile::new(name, self.to_text_and_bin(&bin_name)?.0);
@@ -57,8 +57,8 @@ impl Document {
         self.with_uri(|| uri_of_buffer(None, &self.bin))
     }
 
-    /// The bytes of a `.gltf` file, and of its companion file `bin_name`. The latter is empty if the scene has neither
-    /// meshes nor motion.
+    /// The bytes of a `.gltf` file, and of its companion file `bin_name`. The companion file is empty if the scene has
+    /// neither meshes nor motion.
     ///
     /// # Errors
     /// None is known for a document of this crate.

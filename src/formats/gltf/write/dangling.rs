@@ -1,8 +1,8 @@
 //! Removes invalid indices from a file that is passed through.
 //!
-//! mocap reads only a part of such a file, but other programs reject a file with an invalid index, or fail at it. The
-//! smallest optional member that contains the index is removed. In lists that are indexed, a placeholder replaces the
-//! removed item.
+//! mocap reads only a part of such a file, but other programs reject a file with an invalid index, or fail when they
+//! use it. The smallest optional member that contains the index is removed. In lists that are indexed, a placeholder
+//! replaces the removed item.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,7 +47,8 @@ type JsonPath = Vec<String>;
 
 struct File {
     json: Value,
-    /// For each list, the items that differ from the file's statements.
+    /// For each list, the indices of the items that a repair has replaced or emptied. References to these items count
+    /// as invalid.
     broken: BTreeMap<&'static str, BTreeSet<usize>>,
     warnings: Warnings,
 }
@@ -115,7 +116,7 @@ impl File {
         let value = self.json.pointer(&pointer(path)).unwrap_or(&Value::Null);
         let count = self.length(list);
         let is_there = index_of(value).is_some_and(|index| index < count);
-        let condition = "where the file is written as glTF";
+        let condition = "if mocap writes the file as glTF";
         let message = match is_there {
             // A consequence of another fault is reported once.
             true => format!("{what} {value} is not valid, so the elements that refer to it are left out {condition}"),
@@ -128,7 +129,7 @@ impl File {
         self.warnings.distinct(warning);
     }
 
-    /// `path` is removed, or it is an index in the item that is changed.
+    /// Repairs the invalid index at `path`.
     fn take_out(&mut self, path: &JsonPath, done: Done) {
         match done {
             Out(_) => remove(&mut self.json, path),
@@ -201,7 +202,7 @@ impl File {
         self.length(list) - 1
     }
 
-    /// Checks the samplers of animations. They are read, except those that no joint channel uses.
+    /// Checks the samplers of animations. The reader has already checked the samplers of joint channels.
     fn samplers_of_animations(&mut self) {
         for animation in 0..self.length("animations") {
             let at: JsonPath = ["animations", &animation.to_string(), "samplers"]
@@ -246,7 +247,7 @@ impl File {
                 continue;
             };
             let message = format!(
-                "there is no {target}, so {} is left out where the file is written as glTF",
+                "there is no {target}, so {} is left out if mocap writes the file as glTF",
                 path[..4].join("/")
             );
             self.warnings.distinct(invalid(pointer(path), message));

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::json;
 use serde_json::value::RawValue;
 
-use super::super::invalid::invalid;
+use super::super::invalid::{invalid, json_words};
 use crate::Failure;
 
 /// The members of a node that are examined.
@@ -80,7 +80,7 @@ impl<'a> Edits<'a> {
     }
 
     /// Appends items to an array of the root. Present items for which `is_freed` holds are removed from the end of the
-    /// array. Elsewhere `stand_in` replaces them, so that indices do not change.
+    /// array. At other places `stand_in` replaces these items, so that indices do not change.
     pub(super) fn exchange(
         &mut self,
         name: &str,
@@ -151,13 +151,14 @@ impl<'a> Edits<'a> {
 }
 
 pub(super) fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T> {
-    serde_json::from_str(text).map_err(|error| invalid("", format!("the JSON cannot be read: {error}")).into())
+    serde_json::from_str(text)
+        .map_err(|error| invalid("", format!("the JSON cannot be read: {}", json_words(&error))).into())
 }
 
 pub(super) fn utf8(text: &[u8]) -> Result<&str, Failure> {
     std::str::from_utf8(text).map_err(|error| {
         let message = format!(
-            "the JSON is not UTF-8 from byte {} on, so it cannot be passed through",
+            "the JSON is not UTF-8 from byte {} on, so mocap cannot keep the contents of the file",
             error.valid_up_to()
         );
         invalid("", message).into()

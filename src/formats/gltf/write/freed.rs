@@ -1,7 +1,7 @@
 //! Frees the data of a glTF file that only replaced animations need: accessors, buffer views, bytes.
 //!
 //! Indices of accessors and views do not change, because extensions may refer to them. Freed items at the end of a list
-//! are removed. Elsewhere the smallest valid item replaces them.
+//! are removed. At other places, the smallest valid item replaces a freed item.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -27,7 +27,7 @@ const WITHOUT_ACCESSORS: [&str; 5] = ["VRM", "KHR_materials", "KHR_texture", "KH
 /// The extensions of views with streams.
 const STREAMS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// The animations of a file that the added ones replace.
+/// The animations of a file that added animations replace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Replaced {
     None,
@@ -47,7 +47,7 @@ impl Replaced {
     }
 }
 
-/// The freed data.
+/// The accessors, views and bytes that are freed.
 pub(super) struct FreedSpace {
     pub(super) accessors: Vec<bool>,
     pub(super) views: Vec<bool>,
@@ -99,7 +99,7 @@ impl FreedSpace {
         Ok(freed)
     }
 
-    /// The ranges of the chunk that not only freed views use.
+    /// The ranges of the chunk that stay: all except the ranges that only freed views use.
     fn parts_that_stay(&self, views: &[Value], chunk: usize) -> Vec<(Range<usize>, usize)> {
         // The changes in the number of freed views, and of other views, at each byte.
         let mut changes: BTreeMap<usize, [i64; 2]> = BTreeMap::from([(0, [0; 2]), (chunk, [0; 2])]);
@@ -130,12 +130,12 @@ impl FreedSpace {
         parts
     }
 
-    /// The number of remaining accessors, which precede the added ones.
+    /// The number of remaining accessors, which precede the added accessors.
     pub(super) fn first_accessor(&self) -> usize {
         kept(&self.accessors)
     }
 
-    /// The number of remaining views, which precede the added ones.
+    /// The number of remaining views, which precede the added views.
     pub(super) fn first_view(&self) -> usize {
         kept(&self.views)
     }
@@ -181,7 +181,7 @@ impl FreedSpace {
     }
 }
 
-/// A view, or its stream, in the form in which it is written.
+/// The members of a buffer view, or of its compressed stream, as the file states them.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct View<'a> {
@@ -201,7 +201,7 @@ struct Extensions<'a> {
     khr: Option<Box<View<'a>>>,
 }
 
-/// The number of items up to the last remaining one.
+/// The number of items up to the last item that is not freed.
 fn kept(is_freed: &[bool]) -> usize {
     is_freed
         .iter()

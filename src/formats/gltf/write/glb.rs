@@ -21,7 +21,7 @@ impl Glb {
     /// # Errors
     /// [`Code::LimitExceeded`] beyond the container's 4 GiB.
     pub(super) fn new(mut json: Vec<u8>, bin: Option<usize>, further: &[u8]) -> Result<Self> {
-        // Both are padded to a multiple of four bytes: the text with spaces, the buffer with zeros.
+        // The text and the buffer are padded to a multiple of four bytes: the text with spaces, the buffer with zeros.
         json.resize(json.len().next_multiple_of(4), b' ');
         let padded = bin.map(|bin| bin.next_multiple_of(4));
         let bin_chunk = padded.map_or(0, |padded| CHUNK_HEADER + padded);

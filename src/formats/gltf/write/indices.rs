@@ -1,4 +1,4 @@
-//! The places of indices in a glTF file, and the list for each.
+//! The paths of indices in the JSON of a glTF file, and the list to which each refers.
 
 use self::Done::{Broken, Hidden, Out, StandIn, White};
 use super::freed::{NO_ACCESSOR, NO_VIEW};
@@ -21,9 +21,9 @@ pub(super) enum Done {
     Hidden,
 }
 
-/// The places of indices in a file, the list that each refers to, and the repair for a missing item. `*` matches any
-/// item or member, also within a name, and `**` any number of levels. A list follows the lists whose items it refers
-/// to.
+/// The JSON paths of indices in a file, the list to which each index refers, and the repair for a missing item. `*`
+/// matches any item or member, also within a name, and `**` any number of levels. A list follows the lists whose items
+/// it refers to.
 pub(super) const INDICES: &[(&str, &str, Done)] = &[
     ("bufferViews/*/buffer", "buffers", StandIn(NO_VIEW)),
     ("bufferViews/*/extensions/*/buffer", "buffers", StandIn(NO_VIEW)),

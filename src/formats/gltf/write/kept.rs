@@ -1,4 +1,4 @@
-//! Writes a scene into the file with meshes from which it was read. Everything but the animations is kept.
+//! Writes a scene into the file from which it was read, if that file has meshes. Everything but the animations is kept.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -60,11 +60,11 @@ struct Target {
     node: Option<usize>,
 }
 
-/// The files of a scene in its original file: `.gltf` if the name has that extension, otherwise `.glb`.
+/// Writes a scene into its original file. The result is a `.gltf` if the name has that extension, otherwise a `.glb`.
 pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, gltf: &GltfOptions) -> Result<Export> {
     original.check(scene)?;
     let file = &*original.file;
-    // Clips refer to the transforms of the file's nodes. A scene with a bind pose has other ones.
+    // Clips refer to the transforms of the file's nodes. A scene with a bind pose has other transforms.
     let in_file = Scene {
         nodes: file.in_file.clone(),
         ..Scene::default()

@@ -27,7 +27,7 @@ const SET: usize = 4;
 
 /// The joints of each vertex, as indices into the skin, and their weights.
 struct Influences {
-    /// The number of attributes.
+    /// The number of joint attributes of each vertex.
     sets: usize,
     /// The sum of a vertex's weights.
     whole: u16,

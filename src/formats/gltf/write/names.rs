@@ -1,4 +1,4 @@
-//! Node names in the file. They are unique for every client, so that each client finds every node.
+//! Node names in the file. The names are unique for every client, so that each client finds every node.
 
 use mocap_scene::scene::Scene;
 
@@ -35,7 +35,7 @@ impl Names {
     }
 }
 
-/// The name of a node in three.js, and of the tracks that it binds by name: `_` replaces white space, and some
+/// The name of a node in three.js, and of the tracks that three.js binds by name: `_` replaces white space, and some
 /// characters are removed.
 fn as_three_js_sees_it(name: &str) -> String {
     let kept = name.chars().filter(|c| !REMOVED_BY_THREE_JS.contains(c));

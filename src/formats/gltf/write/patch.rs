@@ -22,7 +22,7 @@ use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
 use crate::ExportFile;
 use crate::provenance::Provenance;
 
-/// The sections of a file that may change, as they are written.
+/// The sections of a file that may change, as the file states them.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Sections<'a> {
@@ -75,7 +75,7 @@ pub(in super::super) fn external_files(bytes: &[u8]) -> Result<Vec<String>> {
     Ok(uris)
 }
 
-/// The roots of a scene of a file.
+/// The root nodes of a scene of the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Roots<'a> {
@@ -122,7 +122,7 @@ pub(in super::super) struct Clip<'a> {
     pub(in super::super) animation: &'a Animation,
     pub(in super::super) provenance: Option<&'a Provenance>,
     pub(in super::super) morphs: &'a [MorphTrack],
-    /// The extras of its source.
+    /// The extras of the source clip.
     pub(in super::super) extras: Option<Value>,
 }
 
@@ -236,7 +236,7 @@ pub(in super::super) fn with_animations(
     Ok((files, report))
 }
 
-/// Inserts animations at the place of the replaced ones, or after the animations of the file.
+/// Inserts animations at the place of the replaced animations, or after the animations of the file.
 fn replace_animations<'a>(
     edits: &mut Edits<'a>,
     section: Option<&'a RawValue>,

@@ -33,9 +33,9 @@ impl Rest {
     }
 }
 
-/// Moves a constant track to `rest` if all animations have the same constant value, and if the value equals the rest
-/// pose or a skin keeps the rest pose. Other constant tracks are written as one key, because a node has only one rest
-/// transform.
+/// Moves a constant track to `rest` if all animations have the same constant value and the node can take it. A node can
+/// take any value if a skin keeps the rest pose. Otherwise it can take only the value of its rest pose. Other constant
+/// tracks are written as one key, because a node has only one rest transform.
 pub(super) fn of_all(scene: &Scene, rest: &mut [Rest], has_bind_pose: bool) {
     let Some((first, others)) = scene.animations.split_first() else {
         return;
@@ -86,7 +86,7 @@ impl ConstantValues {
         }
     }
 
-    /// The values that both share.
+    /// The values that both channels share.
     fn and(self, other: Self) -> Self {
         fn same<T: Value<N>, const N: usize>(a: Option<T>, b: Option<T>) -> Option<T> {
             a.filter(|a| b.is_some_and(|b| a.is_same(b)))

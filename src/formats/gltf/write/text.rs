@@ -32,7 +32,7 @@ impl Animation {
         }
     }
 
-    /// Adds the extras of a clip, and where it is from. Extras that are no object stand under `extras`.
+    /// Adds the extras of a clip and the provenance. Extras that are not an object get the key `extras`.
     pub(super) fn set_extras(&mut self, own: Option<Value>, provenance: Option<Value>) {
         self.extras = match (own, provenance) {
             (own, None) => own,
@@ -53,7 +53,7 @@ pub struct Sampler {
     pub output: Index<Accessor>,
 }
 
-/// The target of a sampler.
+/// Connects a sampler to the property that it animates.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Channel {
     /// The index of the sampler.
@@ -102,7 +102,7 @@ pub fn write(root: &Root, animations: &[Animation]) -> serde_json::Result<Vec<u8
 /// JSON without spaces. A float that is an integer is written as an integer: `0`, not `0.0`.
 #[derive(Default)]
 pub struct ShortNumbers {
-    /// The text of the present number.
+    /// The text of the current number.
     number: Vec<u8>,
 }
 

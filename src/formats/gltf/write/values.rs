@@ -6,8 +6,8 @@ use mocap_compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::scene::Keys;
 
-/// The difference between scales from a program's matrix decomposition: a few roundings of 32-bit floats. A compressed
-/// clip has one scale for all frames anyway, for differences up to 200 times this one.
+/// The difference between scales from a program's matrix decomposition: a few roundings of 32-bit floats. In a
+/// compressed clip, scales with differences of up to 200 times this value become one scale.
 const SCALE_NOISE: f32 = 5e-7;
 
 /// A track value: `N` floats in the file.
@@ -18,7 +18,7 @@ pub(super) trait Value<const N: usize>: Copy {
     /// Whether a constant value equals the rest pose.
     fn is_of_rest(self, rest: Self) -> bool;
 
-    /// The values for the file; `None` if one is not finite.
+    /// The values for the file; `None` if a value is not finite.
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
 
     /// A value from its form in the file.
@@ -78,10 +78,12 @@ pub(super) fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
     keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
 }
 
-/// The keys, with a new key in the middle of every two that are half a turn apart and have a frame between them. Such a
-/// turn is ambiguous: rounding and the signs of the quaternions would decide its direction. `None` if no key is added.
+/// The keys, with a new key in the middle between two keys that are half a turn apart and have a frame between them.
+/// Such a turn is ambiguous: rounding and the signs of the quaternions would decide its direction. `None` if no key is
+/// added.
 pub fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
-    /// The largest cosine of half the angle between the two: within 0.01 degrees of half a turn.
+    /// The largest cosine of half the angle between two keys that count as half a turn apart: they are within 0.01
+    /// degrees of half a turn.
     const HALF_A_TURN: f32 = 1e-4;
     let ticks = keys.ticks.as_ref()?;
     let is_open = |pair: usize| {
@@ -102,7 +104,8 @@ pub fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
     Some(Keys::at_ticks(values, ticks))
 }
 
-/// A rotation of a compressed clip with its few decimals, if its length is 1 except for their rounding.
+/// A rotation of a compressed clip. If its length is 1 except for the rounding of its few decimals, the decimals stay
+/// unchanged.
 pub(super) fn rounded_unit(rotation: Quat) -> Quat {
     if (rotation.length_squared() - 1.0).abs() < 1e-5 {
         Quat::from_array(rotation.to_array().map(|c| c + 0.0))

@@ -18,7 +18,7 @@ const MAIN: &str = "main";
 /// The largest nesting depth of classes.
 const DEEPEST_CLASS: usize = 64;
 
-/// The kinds of elements whose defaults the reader uses. Others are dropped.
+/// The kinds of elements whose defaults the reader uses. The defaults of other kinds are dropped.
 const KINDS: [&str; 2] = ["joint", "geom"];
 const USED: [&str; 20] = [
     "actuatorfrcrange",
@@ -54,7 +54,8 @@ pub(super) enum InertiaFromGeoms {
 /// The attributes of a kind of element.
 type Values = HashMap<String, String>;
 
-/// A class: the attributes for each kind of element. Nested classes share them until they change something.
+/// A class: the attributes for each kind of element. A nested class shares the attributes of the surrounding class
+/// until it changes one.
 type Class = HashMap<String, Rc<Values>>;
 
 /// A mesh asset.
@@ -68,12 +69,12 @@ pub(super) struct Settings {
     /// The factor from an angle in the file to radians.
     pub(super) angle: f64,
     euler: [DVec3; 3],
-    /// Whether Euler angles rotate about the parent's axes, not the body's.
+    /// Whether Euler angles rotate about the parent's axes, not about the body's axes.
     euler_is_extrinsic: bool,
     pub(super) auto_limits: bool,
-    /// Whether masses come from geoms: if `<inertial>` is missing, always, or never.
+    /// When masses come from geoms: always, never, or only if `<inertial>` is missing.
     pub(super) inertia_from_geoms: InertiaFromGeoms,
-    /// The groups of geoms with a mass.
+    /// The first and the last group of geoms that count for the mass.
     pub(super) inertia_groups: [f64; 2],
     pub(super) total_mass: Option<f64>,
     pub(super) mesh_folder: String,
@@ -122,7 +123,7 @@ impl Settings {
                     .at_attribute(
                         name,
                         Code::UnexpectedToken,
-                        format!("the compiler attribute {name} is unknown"),
+                        format!("the value of the compiler attribute {name} is unknown"),
                     )
                     .expected_found(expected, found),
             )
@@ -193,7 +194,8 @@ impl Settings {
             }
         };
         if depth > DEEPEST_CLASS || self.classes.len() > limits.max_nodes {
-            let message = format!("classes of defaults are nested more than {DEEPEST_CLASS} deep, or too many");
+            let message =
+                format!("classes of defaults are nested more than {DEEPEST_CLASS} deep, or there are too many classes");
             return Err(Box::new(element.diagnostic(Code::LimitExceeded, message)));
         }
         let mut class = self.classes.get(around).cloned().unwrap_or_default();
@@ -243,7 +245,7 @@ impl<'a> Attributes<'a, '_> {
         self.element.attribute(name).or_else(default)
     }
 
-    /// Between `least` and `most` numbers.
+    /// The numbers of an attribute: at least `least` and at most `most` numbers.
     pub(super) fn numbers(&self, name: &str, least: usize, most: usize) -> Result<Option<Vec<f64>>, Failure> {
         let Some(value) = self.get(name) else { return Ok(None) };
         self.element.parse_numbers(name, value, least, most).map(Some)
@@ -267,7 +269,7 @@ impl<'a> Attributes<'a, '_> {
             let message = format!("{name} has no direction: its length is 0");
             Box::new(self.element.at_attribute(name, Code::InvalidRobot, message))
         };
-        // MuJoCo allows only one of them.
+        // MuJoCo allows only one attribute with a rotation.
         if let Some(quat) = self.numbers("quat", 4, 4)? {
             let quat = DQuat::from_xyzw(quat[1], quat[2], quat[3], quat[0]);
             return match quat.length() > 1e-12 {

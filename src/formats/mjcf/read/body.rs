@@ -120,7 +120,7 @@ impl<'a> Bodies<'a> {
             let attributes = self.settings.of(inner.element, inner.child_class)?;
             self.joints(&attributes, &name, waiting.parent.is_none(), inner.frame, &mut joints)?;
         }
-        // The base is at its root position, not where the model was drawn. It keeps the orientation of the drawing.
+        // The base is at its root position, not where the file places the model. It keeps the orientation in the file.
         if waiting.parent.is_none() {
             origin.translation = DVec3::ZERO;
         }
@@ -268,13 +268,13 @@ impl<'a> Bodies<'a> {
             let scale = if is_hinge { self.settings.angle } else { 1.0 };
             (limits.lower, limits.upper) = (scale * range[0], scale * range[1]);
             if limits.lower > limits.upper {
-                let message = "the lower limit of a joint is above the upper one";
+                let message = "the lower limit of a joint is above the upper limit";
                 return Err(Box::new(
                     attributes
                         .element
                         .at_attribute("range", Code::InvalidRobot, message)
                         .expected_found(
-                            "the lower limit and the upper one",
+                            "the lower limit and the upper limit",
                             format!("{} {}", range[0], range[1]),
                         ),
                 ));

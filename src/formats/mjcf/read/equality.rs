@@ -1,4 +1,4 @@
-//! Joint equalities. A linear one makes a joint follow another.
+//! Joint equalities. A linear equality makes a joint follow another joint.
 
 use std::collections::HashSet;
 

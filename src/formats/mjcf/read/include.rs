@@ -30,7 +30,7 @@ pub(super) fn texts(source: &Source<'_>, text: &str, limits: &Limits) -> Result<
     Ok(found)
 }
 
-/// An error in an included file, whose lines differ from the main file's.
+/// An error in an included file, whose lines differ from the lines of the main file.
 fn in_included(mut failure: Diagnostic, name: &str) -> Failure {
     let line = failure
         .location

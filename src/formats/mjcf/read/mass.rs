@@ -1,5 +1,5 @@
-//! The mass of a body from its geoms, if `<inertial>` is missing. Each geom has a uniform density, 1,000 kg/m3 unless
-//! it states another, or a stated mass.
+//! The mass of a body from its geoms, if `<inertial>` is missing. A geom has the mass that it states. Otherwise it has
+//! a uniform density: the stated density, or 1,000 kg/m3.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::{Failure, inertial};
 /// The density of water in kilograms per cubic metre: MuJoCo's default.
 const DENSITY: f64 = 1000.0;
 
-/// The geoms of a body with a mass.
+/// The geoms of a body that have a mass.
 #[derive(Default)]
 pub(super) struct Geoms {
     solids: Vec<SolidShape>,
@@ -24,7 +24,7 @@ pub(super) struct Geoms {
 struct SolidShape {
     mass: f64,
     origin: Placement,
-    /// About the centre, in the axes of the geom.
+    /// The moments of inertia about the centre, in the axes of the geom.
     moments: DVec3,
 }
 

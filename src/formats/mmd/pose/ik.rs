@@ -2,9 +2,10 @@
 //!
 //! In each loop each link, starting next to the target, rotates the target towards the goal. The n-th link rotates by
 //! at most n times the stated step. In the first half of the loops, a link whose limits allow a single axis, such as a
-//! knee, rotates about that axis. There an angle beyond a limit is reflected, if the reflected angle is within the
-//! limits. So a straight knee bends to the correct side. Limit angles are Euler angles in the order whose middle axis
-//! stays within 90 degrees. These facts come from the authors of browser runtimes for MMD, who compared them with MMD.
+//! knee, rotates about that axis. In these loops an angle beyond a limit is reflected, if the reflected angle is within
+//! the limits. So a straight knee bends to the correct side. Limit angles are Euler angles in the order whose middle
+//! axis stays within 90 degrees. These facts come from the authors of browser runtimes for MMD, who compared them with
+//! MMD.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -74,7 +75,7 @@ impl IkLimit {
     }
 }
 
-/// Rotates the links so that the target reaches the goal. Each step takes one from the budget.
+/// Rotates the links so that the target reaches the goal. Each step reduces the budget by 1.
 pub(super) fn solve(solver: &Solver<'_>, posed: &mut ModelPose<'_>, budget: &mut u64) -> Result<(), Failure> {
     for link in &solver.ik.links {
         posed.ik[link.bone] = DQuat::IDENTITY;

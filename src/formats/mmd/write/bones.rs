@@ -1,8 +1,9 @@
 //! The MMD bone of each node, and its keys.
 //!
 //! An MMD bone has no rotation at rest, so its model-space rotation is `Q = G W^-1 C^-1`. `G` is the node's rotation in
-//! the pose, and `W` its rotation at rest. `C` leads from the node's rest pose to the model's: the model's arms may be
-//! lowered while the node's arms are horizontal. A key is `Q` relative to the parent's `Q`.
+//! the pose, and `W` its rotation at rest. `C` is the rotation from the rest pose of the scene's skeleton to the rest
+//! pose of the model. For example, the arms of the model may be lowered while the arms of the skeleton are horizontal.
+//! A key is `Q` relative to the parent's `Q`.
 
 use std::collections::HashMap;
 
@@ -24,9 +25,9 @@ pub(super) struct Bones {
     /// The IK that is turned off.
     pub(super) ik: Vec<String>,
     bones: Vec<Bone>,
-    /// The bone with the motion of the hips, and the hips, if they differ.
+    /// The bone that carries the motion of the hips, and the bone of the hips, if the two differ.
     carried: Option<[usize; 2]>,
-    /// The factor for lengths of the scene that makes its legs as long as the model's.
+    /// The factor for lengths of the scene that makes the legs of its figure as long as the legs of the model.
     scale: f64,
 }
 
@@ -34,10 +35,11 @@ struct Bone {
     name: String,
     node: usize,
     parent: Option<usize>,
-    /// From the rest pose of the model to the rest pose of the node.
+    /// The rotation from the rest pose of the model to the rest pose of the node.
     to_node_rest: DQuat,
-    /// Whether it has its own offset, and whether it rotates.
+    /// Whether the bone has its own offset.
     moves: bool,
+    /// Whether the bone rotates.
     turns: bool,
     inherits: Option<Inherited>,
 }
@@ -53,7 +55,7 @@ struct Inherited {
 pub(super) struct Placed(Vec<(DVec3, DQuat)>);
 
 impl Bones {
-    /// Every joint, for the model of the scene.
+    /// The bones for the joints of a scene that was read from an MMD model.
     pub(super) fn of_model(scene: &Scene, model: &MmdModel) -> Self {
         let is_bone = |index: &usize| {
             let node = &scene.nodes[*index];
@@ -114,12 +116,12 @@ impl Bones {
             let parent = std::iter::successors(bone.parent, |above| generic.bones[*above].parent);
             let parent = parent.into_iter().find_map(|above| place.get(&above).copied());
             let (own, moves) = match bone.name.as_str() {
-                // The waist, about which the hips rotate.
+                // The hips rotate about the waist.
                 CENTRE => (Some(HumanoidBone::Spine), true),
                 scene::LOWER => (Some(HumanoidBone::Hips), false),
                 name => (names::bone(name), false),
             };
-            // The last trunk bone.
+            // The last trunk bone that the humanoid has.
             let last = own
                 .filter(|own| *own == HumanoidBone::Chest)
                 .and(node(HumanoidBone::UpperChest));
@@ -213,7 +215,8 @@ impl Bones {
         let offset = std::mem::take(&mut keys[hips].0);
         let in_world = above(hips) * offset;
         keys[centre].0 += above(centre).inverse() * in_world;
-        // The siblings of the hips have moved with the hips.
+        // The offset of the hips is now in the centre, which also moves the siblings of the hips. Subtract it from the
+        // trunk.
         let beside = |bone: &usize| *bone != hips && self.bones[*bone].parent == self.bones[hips].parent;
         for bone in (0..keys.len()).filter(beside) {
             let is_trunk = names::bone(&self.bones[bone].name) == Some(HumanoidBone::Spine);

@@ -40,7 +40,7 @@ pub(super) fn file(model: &str, bones: &[BoneTrack], morphs: &[MorphTrack], ik: 
         }
     }
     section.end()?;
-    // No cameras, lights and shadows.
+    // The file has no cameras, lights and shadows.
     bytes.extend([0; 3 * 4]);
     let mut section = Section::begin(&mut bytes);
     // The model is visible from frame 0.
@@ -63,7 +63,7 @@ fn kept(count: usize, is_repeated: impl Fn(usize) -> bool) -> impl Iterator<Item
 fn bone(name: &str, frame: usize, (offset, rotation): (DVec3, DQuat)) -> Vec<u8> {
     let mut key = field(name, NAME_BYTES);
     key.extend((frame as u32).to_le_bytes());
-    // Left-handed.
+    // The axes of the file are left-handed.
     let position = [offset.x, offset.y, -offset.z];
     let rotation = [-rotation.x, -rotation.y, rotation.z, rotation.w];
     for number in position.into_iter().chain(rotation) {

@@ -1,4 +1,4 @@
-//! Acclaim's skeletons and motions: against a kinematics of their own, and against CMU's conversion to BVH.
+//! Acclaim's skeletons and motions, compared with separate kinematics and with CMU's conversion to BVH.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
@@ -13,7 +13,7 @@ use mocap::{Binding, Code, Importer, Limits, Pose};
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// A bone straight from the text of CMU's files, which all have the same layout.
+/// A bone, read directly from the text of CMU's files, which all have the same layout.
 struct Bone {
     link: Vector,
     axis: Vector,
@@ -69,7 +69,7 @@ fn parse_skeleton(text: &str) -> (HashMap<String, Bone>, Vec<String>) {
     (bones, order)
 }
 
-/// The frames, each as the values of every bone that it names.
+/// The frames, each with the values of every bone that it names.
 fn parse_motion(text: &str) -> Vec<HashMap<&str, Vec<f64>>> {
     let mut frames: Vec<HashMap<&str, Vec<f64>>> = Vec::new();
     for line in text.lines().filter(|line| !line.starts_with(['#', ':'])) {
@@ -92,15 +92,15 @@ fn transpose(matrix: Matrix) -> Matrix {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[column][row]))
 }
 
-/// Turns about each axis in turn, the first first.
+/// The product of rotations about axes, the first rotation first.
 fn turns(rotations: impl Iterator<Item = (usize, f64)>) -> Matrix {
     rotations.fold(IDENTITY, |matrix, (axis, degrees)| {
         multiply(turn(axis, degrees), matrix)
     })
 }
 
-/// The two ends of every bone in a frame. A vector from the near to the far end turns into the bone's own axes, there
-/// by the motion, back, and then by all bones above.
+/// The two ends of every bone in a frame. The vector from the near to the far end is rotated into the bone's own axes,
+/// in which the motion rotates it. Then it is rotated back, and by the rotations of all bones above.
 fn ends(
     bones: &HashMap<String, Bone>,
     order: &[String],
@@ -134,7 +134,7 @@ fn to_vector(point: Vec3) -> Vector {
     point.as_dvec3().to_array()
 }
 
-/// The side of the box around the first frame.
+/// The longest side of the box around the first frame.
 fn height(ends: &HashMap<String, (Vector, Vector)>) -> f64 {
     let along = || ends.values().map(|(_, far)| far[1]);
     along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
@@ -170,7 +170,7 @@ fn every_bone_begins_and_ends_where_its_own_kinematics_puts_it() {
     }
 }
 
-/// The joints of the conversion, and the bones that begin where they stand.
+/// The joints of the conversion, each with the bone that begins at its position.
 const TRUNK_AND_LEGS: [(&str, &str); 14] = [
     ("Hips", "root"),
     ("LHipJoint", "lhipjoint"),
@@ -214,8 +214,8 @@ const RIGHT_HAND: [(&str, &str); 3] = [
     ("RThumb", "rthumb"),
 ];
 
-/// The conversion leaves out the links of three bones, the thorax and the wrists: what hangs on their far ends it hangs
-/// on their near ends. What is beyond one of them is therefore compared by its place relative to the first joint there.
+/// The conversion omits the links of three bones: the thorax and both wrists. Children of their far ends become
+/// children of their near ends. So joints beyond such a link are compared relative to the first joint beyond the link.
 const ALIGNED: [(&[(&str, &str)], bool); 4] = [
     (&TRUNK_AND_LEGS, false),
     (&ABOVE_THORAX, true),
@@ -234,7 +234,7 @@ fn joints_stand_where_the_conversion_to_bvh_has_them() {
     assert_eq!(capture.rows.len(), animation.frame_count() + 1);
     for tick in 0..animation.frame_count() {
         pose.sample(&binding, animation, tick as f64);
-        // The conversion begins with a T-pose, so that its frames are one later.
+        // The conversion begins with a T-pose, so its frames are one later.
         let placements = capture.placements(tick + 1, Root::Replace);
         let in_conversion = |name: &str| {
             let joint = capture.nodes.iter().position(|node| node.name == name);
@@ -291,7 +291,7 @@ fn a_skeleton_alone_stands_in_its_rest_pose() {
     assert_eq!(scene.warnings[0].code, Code::NoMotion);
     assert!(scene.animations.is_empty());
     let pose = Pose::rest(&scene);
-    // lhipjoint's direction times its length.
+    // The direction of lhipjoint times its length.
     let femur = pose.position(node_id(&scene, "lfemur").unwrap());
     assert!(
         femur.abs_diff_eq(Vec3::new(1.363_057, -1.794_627, 0.839_291), 1e-5),
@@ -299,12 +299,12 @@ fn a_skeleton_alone_stands_in_its_rest_pose() {
     );
 }
 
-/// A root, an arm that turns about axes of its own, and a hand.
+/// A root, an arm that rotates about its own axes, and a hand.
 const SKELETON: &str = include_str!("../../../../fixtures/made/tiny.asf");
 
 const MOTION: &str = include_str!("../../../../fixtures/made/tiny.amc");
 
-/// A folder with a skeleton, in which motions can be read.
+/// A folder with a skeleton and motions.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -339,14 +339,14 @@ fn a_bone_turns_about_its_own_axes() {
     };
     let names: Vec<&str> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
     assert_eq!(names, ["root", "arm", "hand", "EndSite_hand"]);
-    // The arm's own x axis points along the world's y, so that its link stays and the hand turns from x to -z. The
-    // root then takes y to -x.
+    // The arm's own x axis points along the world's y. So its link does not change, and the hand rotates from x to -z.
+    // The root then rotates y to -x.
     assert_eq!(position("hand", 0.0), Vec3::new(-1.0, 2.0, 3.0));
     let hand = Pose::at_tick(&scene, 0, 0.0)
         .unwrap()
         .position(node_id(&scene, "EndSite_hand").unwrap());
     assert!(hand.abs_diff_eq(Vec3::new(-1.0, 2.0, 2.5), 1e-6), "{hand}");
-    // A turn about the arm's z, which is the world's, takes its link from y to -x.
+    // A rotation about the arm's z, which is the world's z, moves its link from y to -x.
     assert_eq!(position("hand", 1.0), Vec3::new(-1.0, 2.0, 3.0));
 }
 
@@ -363,7 +363,7 @@ fn the_skeleton_is_the_named_one_else_that_of_the_prefix_else_the_only_one() {
     assert_eq!(
         several.message("walk.amc", MOTION),
         "walk.amc: error[missing-file]: the motion needs a skeleton, an .asf file; \
-         expected an .asf file in the same folder: one whose name begins walk.amc, or the only one; found 0.asf, 02.asf, 02_b.ASF; \
+         expected an .asf file in the same folder: one whose name is a prefix of walk.amc, or the only one; found 0.asf, 02.asf, 02_b.ASF; \
          help: name it: `skeleton` 0.asf"
     );
     let named = Importer::new().skeleton(several.0.path().join("02_b.ASF"));
@@ -451,14 +451,14 @@ fn broken_skeletons_are_refused_with_their_message() {
             ":hierarchy",
             "tiny.asf:32:1: error[unexpected-token]: \":hierarchy\" is not allowed here; joint \"hand\"; \
             expected end; found \":hierarchy\"; \
-            help: the bone that begins in line 26 has no end; the file lacks it",
+            help: the bone that begins in line 26 has no end; the file lacks the word end",
         ),
         (
             "hand\n  end\n",
             "hand\n",
             "tiny.asf:36:13: error[unexpected-end]: the file ends inside a hierarchy; \
             expected end; found the end of the file; \
-            help: the hierarchy that begins in line 34 has no end; the file is cut off or lacks it",
+            help: the hierarchy that begins in line 34 has no end; the file is cut off or lacks the word end",
         ),
         (
             "arm hand",
@@ -495,7 +495,7 @@ fn broken_skeletons_are_refused_with_their_message() {
         let text = SKELETON.replacen(from, to, 1);
         let error = Importer::new().read(text.as_bytes(), "tiny.asf").unwrap_err();
         assert_eq!(error.to_string(), expected);
-        // The same skeleton, met by way of a motion, is still the file to blame.
+        // If a motion refers to the same skeleton, the error still names the skeleton's file.
         let folder = Folder::new(&[("tiny.asf", &text)]);
         assert_eq!(folder.message("tiny_1.amc", MOTION), expected);
     }
@@ -515,7 +515,7 @@ fn broken_motions_are_refused_with_their_message() {
             "arm 90 0",
             "arm 90",
             "a.amc:5:1: error[row-length]: the line has the wrong number of values; joint \"arm\"; \
-            expected 2 values, as the skeleton says; found 1; \
+            expected 2 values, as the skeleton states; found 1; \
             help: check that tiny.asf is the skeleton of the same person",
         ),
         (
@@ -640,7 +640,7 @@ fn claims_beyond_the_limits_are_refused() {
     assert_eq!(motion(|limits| limits.max_values = 15), Err(Code::LimitExceeded));
 }
 
-/// What a byte is changed to: the characters that mean something in these files, and those that mean nothing anywhere.
+/// The bytes that replace a byte: characters with a meaning in these files, and characters without one.
 const BYTES: &[u8] = b"\0\t\n #+,-.0:9E_e(XxR\x80\xff";
 
 fn damaged(original: &[u8]) -> Vec<Vec<u8>> {
@@ -659,7 +659,7 @@ fn damaged(original: &[u8]) -> Vec<Vec<u8>> {
 
 #[test]
 fn every_damage_is_an_error_or_a_valid_scene() {
-    // The importer validates what it returns in builds with debug assertions; these tests are one.
+    // In builds with debug assertions, as in these tests, the importer validates its scenes.
     for bytes in damaged(SKELETON.as_bytes()) {
         let _ = Importer::new()
             .format(mocap::Format::AsfAmc)

@@ -1,4 +1,5 @@
-//! Bind poses of joints that no mesh is bound to, read by other programs' readers or by plain splitting.
+//! Bind poses of joints without a mesh. The test reads them with the readers of other programs, or by splitting the
+//! text.
 
 use std::fs;
 
@@ -6,8 +7,8 @@ use mocap::Exporter;
 use mocap::glam::{DMat4, DVec3, Mat4, Vec3};
 use mocap::scene::{Bone, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 
-/// An arm that hangs at rest, bound when it was stretched out to the side. The hand and its end have no vertices, and
-/// neither has the root, seven metres before the arm.
+/// An arm that hangs at rest, and was bound while it was stretched to the side. The hand, the end of the hand and the
+/// root have no vertices. The root is seven metres before the arm.
 fn arm() -> Scene {
     let node = |name: &str, parent: Option<usize>, place: Vec3| Node {
         name: name.into(),
@@ -50,7 +51,7 @@ fn arm() -> Scene {
     scene
 }
 
-/// Where the joints of [`arm`] are when it is stretched out along +X: by hand.
+/// The positions of the joints of [`arm`] while it is stretched along +X, computed by hand.
 const BOUND: [(&str, DVec3); 4] = [
     ("root", DVec3::new(0.0, 0.0, 7.0)),
     ("arm", DVec3::new(0.0, 1.0, 0.0)),
@@ -71,7 +72,7 @@ fn check(name: &str, bind: DMat4, metres: f64) {
     let (_, expected) = BOUND.into_iter().find(|(known, _)| *known == name).unwrap();
     let found = bind.w_axis.truncate() * metres;
     assert!(found.abs_diff_eq(expected, 1e-5), "{name} is bound at {found}");
-    // Everything from the arm on is turned with it.
+    // The arm and everything below it are rotated.
     let turned = if name == "root" { DVec3::X } else { DVec3::Y };
     assert!(
         bind.x_axis.truncate().normalize().abs_diff_eq(turned, 1e-5),

@@ -1,4 +1,4 @@
-//! Files that must be refused, with the exact message.
+//! Broken files, each with its exact error message.
 
 use std::fs;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! The parts that read and write BVH.
+//! The parts of the BVH reader and writer.
 
 mod angles;
 mod block;

@@ -1,4 +1,4 @@
-//! Scenes as BVH: the same keys read back, and an independent reader sees the same motion.
+//! Scenes as BVH. Reading them gives the same keys, and an independent reader sees the same motion.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
@@ -27,11 +27,11 @@ fn written(scene: &Scene, options: &BvhOptions) -> String {
     String::from_utf8(options.write(scene).unwrap()).unwrap()
 }
 
-/// The longest motion that goes from file to file in whole.
+/// The longest motion that is written completely.
 const WHOLE: usize = 150;
 
-/// Every third BVH of the fixtures, if it is not refused: motions of at most [`WHOLE`] frames in whole, of longer ones
-/// as many frames from anywhere.
+/// Every third BVH file of the fixtures that is not refused. Motions of at most [`WHOLE`] frames are complete; of
+/// longer motions, the test takes as many frames from a random position.
 fn real_files() -> Vec<(String, Scene)> {
     let mut random = Sample::new();
     let mut files = Vec::new();
@@ -85,8 +85,9 @@ fn real_files_read_back_to_identical_keys() {
                 let (key, again) = (channel.sample(tick, Trs::IDENTITY), again.sample(tick, Trs::IDENTITY));
                 assert_eq!(again.translation, key.translation, "{path}: {name} at {tick}");
                 assert_eq!(again.scale, key.scale, "{path}: {name} at {tick}");
-                // 1e-14 is the double precision of angles after some turns, and what half turns leave of zero; where
-                // two components are equal the sign of the quaternion hangs on it. All else is equal bit by bit.
+                // 1e-14 is the double precision of angles after some turns, and the zero that half turns leave. If two
+                // components are equal, the sign of the quaternion depends on this rounding. Everything else is equal
+                // bit by bit.
                 let (key, again) = (key.rotation, again.rotation);
                 let same = key.abs_diff_eq(again, 1e-14) || key.abs_diff_eq(-again, 1e-14);
                 assert!(same, "{path}: {name} at {tick}: {key} became {again}");
@@ -130,7 +131,7 @@ fn an_independent_reader_sees_the_same_motion() {
 
 #[test]
 fn numbers_keep_the_decimals_of_the_file() {
-    // This file has four decimals at most in angles, and five in positions and offsets.
+    // This file has at most four decimals in angles, and five in positions and offsets.
     let source = cut::some_frames(&mut Sample::new(), "real/cmu_01_01.bvh", 500);
     let text = written(&read(source.as_bytes()), &BvhOptions::default());
     let (_, rows) = text.split_once("Frame Time:").unwrap();
@@ -160,7 +161,7 @@ fn channels_are_what_was_asked_for() {
         let text = written(&scene, &options);
         [3, 6].map(|count| text.matches(&format!("CHANNELS {count} ")).count())
     };
-    // All positions leave the OFFSETs in the one file, and only the root's in the other.
+    // In one file all positions differ from the OFFSETs, in the other only the root's positions.
     let (moving, still) = ("perception_neuron_moving_positions", "cmu_short");
     assert_eq!(counts(moving, Channels::Auto), [0, 59]);
     assert_eq!(counts(moving, Channels::Three), [58, 1]);
@@ -176,7 +177,7 @@ fn every_order_turns_alike_and_without_jumps() {
         let again = read(&options.write(&scene).unwrap());
         for (channel, again) in scene.animations[0].channels.iter().zip(&again.animations[0].channels) {
             for (key, again) in channel.rotation_keys.values.iter().zip(&again.rotation_keys.values) {
-                // The chord of two unit quaternions is half the angle between the rotations.
+                // The chord of two unit quaternions is half of the angle between the rotations.
                 let (key, again) = (key.as_dquat(), again.as_dquat());
                 let chord = (key - again).length().min((key + again).length());
                 assert!(
@@ -187,13 +188,14 @@ fn every_order_turns_alike_and_without_jumps() {
             }
         }
     }
-    // Three turns about z, then back through the lock of the order.
+    // Three turns about z, then back through the gimbal lock of the order.
     let angles = (0..=1080).map(|step| Quat::from_rotation_z(f64::from(step).to_radians() as f32));
     let capture = Capture::parse(&BvhOptions::default().write(&spinner(angles.collect())).unwrap());
     for (step, row) in capture.rows.iter().enumerate() {
         assert!((row[3] - step as f64).abs() < 1e-4, "{row:?} at {step}");
     }
-    // Half a turn over the pole of Z X Y: its middle angle passes 90 degrees, where the outer two are one.
+    // Half a turn over the pole of Z X Y. Its middle angle passes 90 degrees, at which the outer two angles act about
+    // one axis.
     let angles = (0..=180).map(|step| Quat::from_rotation_x(f64::from(step).to_radians() as f32));
     let capture = Capture::parse(&BvhOptions::default().write(&spinner(angles.collect())).unwrap());
     for (step, row) in capture.rows.iter().enumerate() {
@@ -204,7 +206,7 @@ fn every_order_turns_alike_and_without_jumps() {
     }
 }
 
-/// One joint that turns.
+/// A scene with one rotating joint.
 fn spinner(rotations: Vec<Quat>) -> Scene {
     let duration = (rotations.len() - 1) as f64;
     let channel = Channel {
@@ -260,7 +262,7 @@ fn rest_rotations_and_constant_scales_change_no_place() {
     let again = read(&BvhOptions::default().write(&scene).unwrap());
     let names: Vec<&str> = again.nodes.iter().map(|node| node.name.as_str()).collect();
     assert_eq!(names, ["hip _left_", "knee"]);
-    // One frame, the rest pose: half of the link, turned from x to y.
+    // The file has one frame, the rest pose. In it, the link has half of its length, and is rotated from x to y.
     let pose = Pose::at_tick(&again, 0, 0.0).unwrap();
     assert!(pose.position(NodeId(1)).abs_diff_eq(Vec3::new(1.0, 2.0, 0.0), 1e-6));
 }
@@ -295,7 +297,7 @@ fn several_roots_are_several_again() {
         nodes.map(|node| Node { source: None, ..node }).collect()
     };
     assert_eq!(without_lines(&again), without_lines(&scene));
-    // Over glTF too, and the points of a C3D file stay one figure, for most programs read no second ROOT.
+    // The points of a C3D file stay one figure, also after glTF, because most programs read no second ROOT.
     let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
     let between = Importer::new()
         .skeleton_mesh(SkeletonMesh::None)
@@ -327,7 +329,7 @@ fn the_way_over_gltf_and_back_keeps_the_motion() {
             .unwrap();
         let again = read(&BvhOptions::default().write(&between).unwrap());
         let (Some(animation), Some(animation_again)) = (scene.animations.first(), again.animations.first()) else {
-            // A pose has one frame in BVH.
+            // In BVH a pose is a motion with one frame.
             assert!(scene.animations.is_empty(), "{path}");
             continue;
         };
@@ -372,8 +374,8 @@ fn height(scene: &Scene, pose: &mut Pose, binding: &Binding) -> f64 {
     f64::from((most - least).max_element())
 }
 
-/// Its OFFSET is elsewhere, and it has one position channel of three. With all three written, and near zero in all
-/// frames, they could be read as relative to the OFFSET.
+/// The joint's OFFSET is elsewhere, and the joint has only one of three position channels. If all three were written,
+/// with values near zero in all frames, a reader could add them to the OFFSET.
 #[test]
 fn a_joint_that_stays_at_its_parent_does_so_when_it_is_written() {
     let text = "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT arm\n{\n\

@@ -1,5 +1,5 @@
-//! BVH of characters whose joints are rotated at rest: without rotations it stands in their bind pose, and it moves as
-//! they do. Judged by the kinematics of the tests, straight from the text.
+//! BVH of characters whose joints are rotated at rest. Without rotations, the BVH is in the characters' bind pose, and
+//! its motion equals the characters' motion. Separate kinematics read the text.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use mocap::convert::RestPoseSource;
 use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::{Conversion, Exporter, Format, Importer, Pose, Scene};
 
-/// In metres.
+/// The largest allowed error, in metres.
 const ALLOWED: f64 = 1e-5;
 
 /// A motion on a character, in metres.
@@ -25,7 +25,7 @@ fn text(scene: &Scene) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
-/// The largest distance of a joint of the text from where it is in a pose.
+/// The largest distance of a joint of the text from its position in a pose.
 fn distance(scene: &Scene, pose: &Pose, capture: &Capture, placements: &[Placement]) -> f64 {
     let mut largest: f64 = 0.0;
     let mut found = 0;
@@ -41,7 +41,7 @@ fn distance(scene: &Scene, pose: &Pose, capture: &Capture, placements: &[Placeme
     largest
 }
 
-/// The joints without rotations, where the root stands as it does in a pose.
+/// The joints without rotations. The root has its position in the pose.
 fn still(scene: &Scene, pose: &Pose, capture: &Capture) -> Vec<Placement> {
     let root = scene
         .nodes
@@ -88,7 +88,7 @@ fn a_frame_becomes_the_rest_pose_of_bvh() {
     let written = text(&scene);
     let capture = Capture::parse(written.as_bytes());
     let at = |tick: f64| Pose::at_tick(&before, 0, tick).unwrap();
-    // 0.01 mm in CMU's unit, of which 17.7 are a metre.
+    // 0.01 mm in CMU's unit. A metre has 17.7 of these units.
     let allowed = ALLOWED * 17.7;
     let rest = still(&before, &at(30.0), &capture);
     assert!(distance(&before, &at(30.0), &capture, &rest) < allowed);

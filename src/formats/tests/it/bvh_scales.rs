@@ -1,11 +1,11 @@
-//! Scaled rigs as BVH: position channels hold what scales move; and where the hierarchy begins.
+//! Scaled rigs as BVH: position channels store the effect of scales. Also the node at which the hierarchy begins.
 
 use mocap::bvh::BvhOptions;
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind};
 use mocap::{Importer, Pose, Scene};
 
-/// The text, and the scene that it makes.
+/// The written text, and the scene read from it.
 fn written(scene: &Scene) -> (String, Scene) {
     let options = BvhOptions::default();
     assert_eq!(options.scale_warning(scene).unwrap(), None);
@@ -19,7 +19,8 @@ fn place(scene: &Scene, tick: f64, name: &str) -> Vec3 {
     Pose::at_tick(scene, 0, tick).unwrap().position(NodeId::new(node))
 }
 
-/// `j1` is scaled by (1, 2, 1) at 0.5 s and by 2 at 1 s, `j2` turned by 60 and 90 degrees about +Z, all one unit apart.
+/// `j1` is scaled by (1, 2, 1) at 0.5 s and by 2 at 1 s. `j2` is rotated by 60 and 90 degrees about +Z. Joints are one
+/// unit apart.
 #[test]
 fn joints_below_a_scale_that_changes_are_in_their_places() {
     let scene = mocap::import("../../fixtures/made/anim_scale.gltf").unwrap();
@@ -35,8 +36,8 @@ fn joints_below_a_scale_that_changes_are_in_their_places() {
     }
 }
 
-/// A hand below an arm that is scaled by 2 across. Its elbow turns by a quarter about +Z, so that (1, 0, 0) below it is
-/// along +Y, which is scaled.
+/// A hand below an arm whose scale across is 2. The elbow rotates by a quarter turn about +Z. So the vector (1, 0, 0)
+/// below it points along +Y, which is scaled.
 #[test]
 fn a_constant_scale_that_differs_from_axis_to_axis_keeps_joints_in_their_places() {
     let mut scene = Scene::default();
@@ -75,7 +76,7 @@ fn a_constant_scale_that_differs_from_axis_to_axis_keeps_joints_in_their_places(
     }
 }
 
-/// An armature that does not move stands above the hips, with a mesh beside them.
+/// A still armature is above the hips, with a mesh beside the hips.
 #[test]
 fn the_hips_are_the_root_below_groups_that_do_not_move() {
     let mut scene = Scene::default();
@@ -118,7 +119,7 @@ fn the_hips_are_the_root_below_groups_that_do_not_move() {
         scaling_keys: Keys::default(),
     };
     let high = Vec3::new(0.0, 0.0, 90.0);
-    // A step along -Y of the armature, which is +Z of the world, and a quarter about its +X.
+    // The root moves along -Y of the armature, which is +Z of the world, and rotates by a quarter turn about its +X.
     let turns = vec![Quat::IDENTITY, Quat::from_rotation_x(std::f32::consts::FRAC_PI_2)];
     let channels = vec![channel(3, vec![high, high - 50.0 * Vec3::Y], turns)];
     scene.animations.push(Animation {
@@ -135,7 +136,7 @@ fn the_hips_are_the_root_below_groups_that_do_not_move() {
             (0.0, "Hips", Vec3::new(1.0, 0.9, 0.0)),
             (0.0, "Spine", Vec3::new(1.0, 1.1, 0.0)),
             (1.0, "Hips", Vec3::new(1.0, 0.9, 0.5)),
-            // Its +Z, after the quarter, is -Y of the armature.
+            // After the quarter turn, its +Z is -Y of the armature.
             (1.0, "Spine", Vec3::new(1.0, 0.9, 0.7)),
         ] {
             let found = place(&read, tick, name);
@@ -143,7 +144,7 @@ fn the_hips_are_the_root_below_groups_that_do_not_move() {
         }
     };
     is_root(&scene, Vec3::ZERO);
-    // FBX has keys of groups too, here of another place than at rest.
+    // FBX also has keys of groups. Here their position differs from the rest pose.
     let turn = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
     let mut keyed = scene.clone();
     keyed.animations[0].channels.insert(
@@ -157,7 +158,7 @@ fn the_hips_are_the_root_below_groups_that_do_not_move() {
         },
     );
     is_root(&keyed, Vec3::Y * 0.25);
-    // One that moves is the root itself.
+    // A group that moves is itself the root.
     keyed.animations[0].channels[0].position_keys = Keys::every_tick(vec![Vec3::ZERO, Vec3::X]);
     let text = BvhOptions::default().write(&keyed).unwrap();
     assert!(text.starts_with(b"HIERARCHY\nROOT Armature\n"));

@@ -1,4 +1,4 @@
-//! C3D: real files against the numbers of another reader, and files built here in every encoding.
+//! C3D: real files, compared with the numbers of another reader, and files in every encoding, built here.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
@@ -17,17 +17,17 @@ fn channel(scene: &Scene, marker: usize) -> &mocap::scene::Channel {
     &scene.animations[0].channels[marker]
 }
 
-/// One file, as the Python package c3d 0.5 reads it. Positions are as in the file, with z up.
+/// The data of a file, as the Python package c3d 0.5 reads it. Positions are as in the file, with z up.
 struct Real {
     name: &'static str,
     rate: f64,
     frames: usize,
-    /// The first markers.
+    /// The labels of the first two markers.
     labels: [&'static str; 2],
     markers: usize,
-    /// Frame, marker, position.
+    /// Some positions, each as frame, marker and position.
     positions: &'static [(usize, usize, [f32; 3])],
-    /// Markers that are not seen in some frame, and in how many frames all together.
+    /// The number of markers that are hidden in some frame, and the total number of frames in which they are hidden.
     gaps: (usize, usize),
 }
 
@@ -69,7 +69,7 @@ const REAL: [Real; 3] = [
             (0, 1, [0.0, -44.194_588, 910.988_16]),
             (411, 62, [98.966_896, 16.228_833, 24.343_248]),
         ],
-        // `Reference` is at 0, 0, 0 with the residual 0 in every frame, as labels that are never seen.
+        // `Reference` is at 0, 0, 0 with the residual 0 in every frame, like labels that are never seen.
         gaps: (1, 412),
     },
 ];
@@ -100,7 +100,7 @@ fn real_files_have_the_numbers_that_another_reader_finds() {
         }
         let gaps: Vec<usize> = (0..real.markers)
             .map(|marker| match channel(&scene, marker).position_keys.len() {
-                // A marker that stands still has one key.
+                // A still marker has one key.
                 1 => 0,
                 keys => real.frames - keys,
             })
@@ -139,12 +139,12 @@ enum Processor {
     Sgi,
 }
 
-/// A small file: two markers, three frames, the second marker lost in the second.
+/// A small file with two markers and three frames. The second marker is hidden in the second frame.
 struct Sample {
     processor: Processor,
     is_real: bool,
     y_screen: &'static [u8],
-    /// The label of a point that is no marker, but angles.
+    /// The label of a point that has angles and is not a marker.
     angles: &'static [u8],
 }
 
@@ -324,7 +324,7 @@ fn broken_files_are_refused_with_their_message() {
     let read = |bytes: &[u8]| Importer::new().format(mocap::Format::C3d).read(bytes, "a.c3d");
     let labels = SAMPLE.bytes().windows(6).position(|six| six == b"LABELS").unwrap() + 10;
     let cut_off = "help: the file is cut off: export or download it again";
-    let help = "help: check that the extension matches the contents of the file, and that it is not compressed";
+    let help = "help: check that the extension matches the contents of the file, and that the file is not compressed";
     let expected = "expected a block number, the byte 0x50, and processor 84, 85 or 86 in that block";
     for (bytes, message) in [
         (Vec::new(), "the file is empty".to_owned()),
@@ -345,14 +345,14 @@ fn broken_files_are_refused_with_their_message() {
             format!("the file ends before its parameters; expected parameters at byte 512; found 512 bytes; {cut_off}"),
         ),
         (
-            // The number of blocks is 0, and the file is cut off inside the name of a parameter.
+            // The number of blocks is 0, and the file is truncated inside the name of a parameter.
             [&with(&[(514, &[0])])[..560], &[]].concat(),
             format!(
                 "the file is cut off inside the list of parameters; expected 4 more bytes at byte 557; found 3; {cut_off}"
             ),
         ),
         (
-            // As many letters as 255 labels of 255 have, in a section of 512 bytes.
+            // 255 labels of 255 letters do not fit into a section of 512 bytes.
             with(&[(labels, &[255, 255])]),
             format!(
                 "the parameter \"LABELS\" reaches beyond the end of its section; expected 65025 more bytes at byte {}; \
@@ -362,7 +362,7 @@ fn broken_files_are_refused_with_their_message() {
             ),
         ),
         (
-            // The block where the data begins, in the header and without a parameter for it.
+            // The first block of the data, from the header only and without its parameter.
             with(&[(16, &[0, 0])]),
             "the file does not state where its data begins; expected a block number, 1 or more, in POINT:DATA_START; \
              found 0; help: export the file again"
@@ -374,7 +374,7 @@ fn broken_files_are_refused_with_their_message() {
     }
 }
 
-/// The counts of the header are a claim: what fills up the last block is no data, and other records are.
+/// The counts of the header are a claim. Padding in the last block is not data, but further records are.
 #[test]
 fn frames_behind_those_that_are_stated_are_read() {
     let one = with(&[(8, &[1, 0])]);
@@ -392,7 +392,7 @@ fn frames_behind_those_that_are_stated_are_read() {
     let mut zeros = one.clone();
     zeros.resize(1024 + 4 * 512, 0);
     assert_eq!(read_frames(&zeros), (3, 1));
-    // Old writers fill the last block with what stood in it before.
+    // Old writers pad the last block with its previous contents.
     let mut filled = one.clone();
     filled.resize(1024 + 512, 7);
     assert_eq!(read_frames(&filled), (1, 0));
@@ -418,14 +418,14 @@ fn angles_of_a_model_are_no_markers() {
         (outputs.len(), outputs[0].name.as_str(), outputs[0].unit.as_str()),
         (1, "Leg", "deg")
     );
-    // Not turned as positions are.
+    // These values are not rotated, unlike positions.
     let values = &outputs[0].values;
     assert_eq!(
         (&values[..3], &values[6..]),
         (&POSITIONS[0][1][..], &POSITIONS[2][1][..])
     );
     assert!(values[3..6].iter().all(|value| value.is_nan()));
-    // A label that no point has changes nothing.
+    // A label without a point changes nothing.
     let sample = Sample {
         angles: b"Arm",
         ..SAMPLE
@@ -437,7 +437,8 @@ fn angles_of_a_model_are_no_markers() {
     );
 }
 
-/// Where a label is never seen, some systems write zeros with the residual 0. Cameras that measure have a residual.
+/// For a label that is never seen, some systems write zeros with the residual 0. Measured points have a residual above
+/// 0.
 #[test]
 fn a_label_at_the_origin_in_every_frame_is_never_seen() {
     let at = |frame: usize, marker: usize| 1024 + frame * 36 + marker * 16;
@@ -453,7 +454,7 @@ fn a_label_at_the_origin_in_every_frame_is_never_seen() {
     let never = planted(0, 0.0);
     assert_eq!(keys(&never), [0, 2]);
     let messages: Vec<String> = never.warnings.iter().map(ToString::to_string).collect();
-    let expected = "the marker was not seen in 3 of 3 frames, in 3 of which the file has 0, 0, 0; joint \"HEAD\"";
+    let expected = "the marker was not seen in 3 of 3 frames; in 3 of these frames, the file has the position 0, 0, 0; joint \"HEAD\"";
     assert_eq!(messages[0], expected);
     assert_eq!(keys(&planted(0, 0.4)), [1, 2]);
     assert_eq!(keys(&planted(1, 0.0)), [3, 0]);
@@ -485,11 +486,11 @@ fn claims_beyond_the_limits_are_refused() {
 
 #[test]
 fn a_claim_of_many_points_takes_no_memory() {
-    // 32767 points in a file of a few hundred bytes: not one record is whole.
+    // 32767 points in a file of a few hundred bytes, so not one record is complete.
     let used = SAMPLE.bytes().windows(4).position(|four| four == b"USED").unwrap() + 8;
     let scene = read(&with(&[(used, &[0xFF, 0x7F])])).unwrap();
     assert!(scene.animations.is_empty());
-    // Words are unsigned, so that this is 65534 and not -2.
+    // Words are unsigned, so this count is 65534, not -2.
     let scene = read(&with(&[(used, &[0xFE, 0xFF])])).unwrap();
     let message = scene.warnings[0].to_string();
     assert!(
@@ -500,7 +501,7 @@ fn a_claim_of_many_points_takes_no_memory() {
 
 #[test]
 fn every_damage_is_an_error_or_a_valid_scene() {
-    // The importer validates what it returns in builds with debug assertions; these tests are one.
+    // In builds with debug assertions, as in these tests, the importer validates its scenes.
     let importer = Importer::new()
         .format(mocap::Format::C3d)
         .skeleton_mesh(SkeletonMesh::None);
@@ -509,7 +510,7 @@ fn every_damage_is_an_error_or_a_valid_scene() {
         let original = Sample { processor, ..SAMPLE }.bytes();
         for position in 0..original.len() {
             let _ = importer.read(&original[..position], "cut.c3d");
-            // Most of the blocks is padding.
+            // Most bytes of the blocks are padding.
             if original[position] == 0 && position % 8 != 0 {
                 continue;
             }
@@ -544,7 +545,7 @@ fn numbers_that_nothing_can_be_computed_with_are_told() {
         let bytes = with(&[(scale, &number), (12, &number)]);
         assert_eq!(read(&bytes).unwrap_err().code(), Code::NumberRange);
     }
-    // The first marker's x in the second frame: 9 numbers are a record.
+    // The first marker's x in the second frame. A record has 9 numbers.
     for number in [3e38, -1.1e18, f32::NAN, f32::INFINITY] {
         let scene = read(&with(&[(1024 + 36, &number.to_le_bytes())])).unwrap();
         let warning = &scene.warnings[0];
@@ -559,7 +560,7 @@ fn numbers_that_nothing_can_be_computed_with_are_told() {
     }
 }
 
-/// The sample with parameters that fill a second block, of which the section states one.
+/// The sample with parameters that fill a second block. The section states `stated` blocks.
 fn with_two_blocks_of_parameters(stated: u8) -> Vec<u8> {
     let bytes = SAMPLE.bytes();
     let list = bytes[512..1024].iter().rposition(|byte| *byte != 0).unwrap() + 512 + 2;
@@ -572,7 +573,7 @@ fn with_two_blocks_of_parameters(stated: u8) -> Vec<u8> {
     long.resize(1536, 0);
     long.extend(&bytes[1024..]);
     long[514] = stated;
-    // The data begins a block later.
+    // The data begins one block later.
     long[16] = 4;
     long
 }
@@ -590,7 +591,7 @@ fn parameters_are_read_beyond_a_count_of_blocks_that_is_too_small() {
         let told = scene.warnings.iter().any(|warning| warning.code == Code::HeaderCount);
         assert_eq!(told, stated == 1);
     }
-    // Where the data begins is not known, so that nothing says that the list may go on.
+    // The start of the data is unknown, so nothing shows that the list continues.
     let mut bytes = with_two_blocks_of_parameters(1);
     bytes[16] = 3;
     let error = read(&bytes).unwrap_err().to_string();
@@ -607,7 +608,7 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
         long.extend(SAMPLE.parameter(2, "USED", 2, &[], &SAMPLE.word(used)));
         long.extend(SAMPLE.parameter(2, "RATE", 4, &[], &SAMPLE.real(rate)));
         long.resize(1024, 0);
-        // Records of two markers and six samples: three channels at twice the rate.
+        // Records have two markers and six samples: three channels at twice the rate.
         for record in bytes[1024..].chunks_exact(36) {
             long.extend(&record[..32]);
             long.extend([0x11; 24]);
@@ -619,11 +620,11 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
     assert_eq!(scene.animations, expected.animations);
     assert_eq!(scene.warnings[0].code, Code::HeaderCount);
     assert!(
-        scene.warnings[0].to_string().contains("expected 6 a frame"),
+        scene.warnings[0].to_string().contains("expected 6 per frame"),
         "{}",
         scene.warnings[0]
     );
-    // Numbers that fit no better leave the header its word.
+    // The reader keeps the header's counts if no other numbers fit better.
     for (used, rate) in [(3, 100.0), (2, 200.0), (-1, 200.0), (3, f32::NAN), (2, 3e38), (0, 0.0)] {
         let scene = read(&analog(used, rate)).unwrap();
         assert!(
@@ -636,14 +637,14 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
     }
 }
 
-/// The pose of a segment: label, columns of the rotation, and origin.
+/// The pose of a segment: its label, the columns of its rotation, and its origin.
 type Planted = (&'static str, [[f32; 3]; 3], [f32; 3]);
 
-/// Axes of a standing segment: +X to the right, +Y forward, +Z up.
+/// The axes of a standing segment: +X to the right, +Y forward, +Z up.
 const STANDS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// A C3D file with the group ROTATION, by the layout of C-Motion: 17 floats for each segment and frame, the matrix
-/// column by column and then the residual. Some segments are not found in the second of three frames.
+/// A C3D file with the group ROTATION, in the layout of C-Motion. Each segment has 17 floats in each frame: the matrix
+/// column by column, and the residual. Some segments are missing in the second of three frames.
 fn with_rotations(poses: &[Planted], markers: u16, lost: &str) -> Vec<u8> {
     let sample = &SAMPLE;
     let mut header = vec![2, 0x50];
@@ -689,11 +690,11 @@ fn with_rotations(poses: &[Planted], markers: u16, lost: &str) -> Vec<u8> {
     [header, parameters, points, data].concat()
 }
 
-/// A body that stands with its left knee bent by 60 degrees, and lifts its right arm to the side. Its feet have the
-/// axes that Visual3D gives them: +Z from the toes to the ankle.
+/// A standing body with its left knee bent by 60 degrees and its right arm lifted to the side. Its feet have Visual3D's
+/// axes: +Z from the toes to the ankle.
 fn theia() -> Vec<Planted> {
     let (sin, cos) = 60_f32.to_radians().sin_cos();
-    // The shank of a bent knee points back: its proximal end is above and in front of its distal end.
+    // The proximal end of the shank of a bent knee is above and in front of its distal end.
     let bent = [[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]];
     let foot = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
     let bent_foot = [[1.0, 0.0, 0.0], [0.0, sin, cos], [0.0, -cos, sin]];
@@ -749,7 +750,7 @@ fn the_segments_of_theia_are_a_skeleton() {
         messages.iter().any(|said| said.contains("1 of 3 frames")),
         "{messages:?}"
     );
-    // In the rest pose all segments stand.
+    // In the rest pose all segments are upright.
     let rest = mocap::Pose::rest(&scene);
     let at = |label: &str| {
         let node = scene.nodes.iter().position(|node| node.name == label).unwrap();
@@ -794,11 +795,11 @@ fn markers_of_a_file_with_rotations_stay_and_the_rotations_are_said_to_be_skippe
     assert_eq!(scene.animations[0].frame_count(), 3);
     let said = |warning: &&mocap::Diagnostic| warning.message.contains("18 segments in ROTATION");
     assert_eq!(scene.warnings.iter().filter(said).count(), 1);
-    // Segments that are no body are not made to one, and a file that is cut off is read as far as it goes.
+    // Segments that form no body do not become one. A truncated file is read up to its last complete frame.
     let legs = |pose: &&Planted| !pose.0.ends_with("thigh");
     let other: Vec<_> = theia().iter().filter(legs).copied().collect();
     assert_eq!(read(&with_rotations(&other, 0, "")).unwrap().nodes.len(), 1);
-    // A fraction of a segment is no segment.
+    // A fraction of a segment is not a segment.
     let (mut fraction, count) = (with_rotations(&theia(), 2, ""), theia().len() as i16);
     let [word, real] = [(2, SAMPLE.word(count).to_vec()), (4, SAMPLE.real(0.4).to_vec())]
         .map(|(kind, data)| SAMPLE.parameter(2, "USED", kind, &[], &data));

@@ -1,12 +1,12 @@
-//! The extras of clips: kept by every step and writer of glTF, with events where their moments are now. Times are
-//! worked out by hand.
+//! The extras of clips: every step and every glTF writer keeps them, and events keep their place in the motion. The
+//! expected times are computed by hand.
 
 use mocap::retarget::{RetargetOptions, Retargeter, apply_steps};
 use mocap::scene::report::{DataKind, DataLoss};
 use mocap::{Export, Exporter, Format, FormatInfo, Importer, Scene};
 use serde_json::{Value, json};
 
-/// A file of one clip of 1 s at 30 frames a second, in which an arm and a morph target move.
+/// A file with one clip of 1 s at 30 frames per second, in which an arm and a morph target move.
 fn file(extras: &Value) -> Vec<u8> {
     let text = std::fs::read_to_string("../../fixtures/made/arm_and_face.gltf").unwrap();
     let mut file: Value = serde_json::from_str(&text).unwrap();
@@ -25,7 +25,7 @@ fn extras() -> Value {
     })
 }
 
-/// The extras of the last animation of a glTF file, without what this program says of it.
+/// The extras of the last animation of a glTF file, without the entries of this program.
 fn written(export: &Export) -> Value {
     let bytes = export.files.last().unwrap().bytes();
     let text = gltf::Glb::from_slice(&bytes).map_or(bytes.to_vec(), |glb| glb.json.to_vec());
@@ -35,7 +35,7 @@ fn written(export: &Export) -> Value {
     extras
 }
 
-/// The clip after steps.
+/// The clip after some steps.
 fn edited(steps: &[&str]) -> (Scene, Value) {
     let mut scene = Importer::new().read(&file(&extras()), "arm.gltf").unwrap();
     scene.keep_animation(scene.animations.len() - 1);
@@ -46,7 +46,7 @@ fn edited(steps: &[&str]) -> (Scene, Value) {
     (scene, written)
 }
 
-/// The times of events by their names, and the span.
+/// The times of events by name, and the span.
 fn times(extras: &Value) -> Vec<(String, f64)> {
     let events = extras["events"].as_array().unwrap().iter();
     let event = |event: &Value| {
@@ -92,7 +92,7 @@ fn events_stay_with_their_moments() {
         Some([end - 0.5, end - 0.1]),
     );
     expect(&["warp:speed=2"], &[(lift, 0.1), (drop, 0.4)], Some([0.05, 0.25]));
-    // What is cut off is gone, and a span is as long as it is in the clip.
+    // Events outside the trimmed range are removed, and the span keeps its part within the clip.
     expect(&["trim:range=0.4..0.9"], &[(drop, 0.4)], Some([0.0, 0.1]));
     expect(&["trim:range=0.6..0.9"], &[(drop, 0.2)], None);
     expect(
@@ -135,7 +135,7 @@ fn a_retargeted_clip_has_the_extras_of_its_source() {
         .unwrap();
     let export = Retargeter::new(walk, character, RetargetOptions::new()).unwrap();
     let found = written(&export.character_file().unwrap().unwrap());
-    // The clip ends before the second event, and its rest pose, a frame of 120 a second, is left out.
+    // The clip ends before the second event. Its rest pose, one frame at 120 frames per second, is dropped.
     let [(name, time)] = &times(&found)[..] else {
         panic!("{found}");
     };

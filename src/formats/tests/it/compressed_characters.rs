@@ -1,5 +1,5 @@
-//! Clips of a character that is passed through, compressed: read here from the bytes of the file, and placed by
-//! kinematics of this module, which share nothing with the library.
+//! Compressed clips of a character that is passed through. The test reads them from the bytes of the file, and
+//! positions them by its own kinematics, which share nothing with the library.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use mocap::scene::{Animation, Keys};
 use mocap::{Code, Conversion, Export, Importer, Result, Scene};
 use serde_json::Value;
 
-/// The largest error, in metres, and what single precision adds.
+/// The largest error in metres, without the rounding of single precision.
 const BOUND: f64 = 0.002;
 const ROUNDING: f64 = 3e-6;
 
@@ -31,7 +31,7 @@ fn options(compression: Compression) -> GltfOptions {
     options
 }
 
-/// A character with a walk for it, as text without a buffer, and as a `.glb` with a mesh and a clip of its own.
+/// A character with a walk: as text without a buffer, and as a `.glb` with a mesh and its own clip.
 fn characters() -> Vec<(Vec<u8>, &'static str)> {
     let text = fs::read("../../fixtures/skeletons/human_vrm1.gltf").unwrap();
     let mut other = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -65,7 +65,7 @@ fn walk(character: &Character) -> (Animation, Provenance) {
     (animation, Provenance::of_clip(&motion, 0))
 }
 
-/// A file: its JSON, and its buffers; those of streams are empty.
+/// A file: its JSON and its buffers. A buffer that only holds the decoded bytes of streams is empty.
 struct File {
     json: Value,
     buffers: Vec<Vec<u8>>,
@@ -98,7 +98,7 @@ impl File {
         }
     }
 
-    /// The bytes of a view; those of a stream as the reference decoder has them.
+    /// The bytes of a view. The reference decoder decodes the bytes of a stream.
     fn view(&self, index: usize) -> Vec<u8> {
         let view = &self.json["bufferViews"][index];
         let size = |object: &Value, key: &str| object[key].as_u64().unwrap_or(0) as usize;
@@ -289,7 +289,7 @@ fn a_compressed_clip_of_a_character_keeps_the_bound_and_the_rest_of_the_file() {
             let (error, written) = write(&options(compression));
             let achieved = error.unwrap();
             let [of_plain, of_written] = [plain.len(), written.len()].map(|length| length - bytes.len());
-            // Floats have fewer keys, and times of each track's own.
+            // Floats have fewer keys, and each track has its own times.
             let most = of_plain * if compression == Compression::None { 9 } else { 7 } / 10;
             assert!(of_written < most, "{what}: {of_written} of {of_plain} bytes");
             let file = File::new(&written);
@@ -299,7 +299,7 @@ fn a_compressed_clip_of_a_character_keeps_the_bound_and_the_rest_of_the_file() {
                 "{what}, {joint}: {error}"
             );
             assert!(error > 0.1 * BOUND, "{what}: nothing is left out");
-            // All else is what it was.
+            // Everything else is unchanged.
             let original: Value = before
                 .as_ref()
                 .map_or_else(|| serde_json::from_slice(&bytes).unwrap(), |f| f.json.clone());
@@ -362,7 +362,7 @@ fn what_cannot_be_compressed_is_said() {
     }
 }
 
-/// A file that has streams already gets more of them.
+/// A file that already has streams gets further streams.
 #[cfg(feature = "meshopt")]
 #[test]
 fn clips_are_added_to_a_file_with_streams() {

@@ -1,5 +1,5 @@
-//! Compressed files keep their error bound. Every file is read back and compared with its source in double precision by
-//! `verify`, which has its own forward kinematics.
+//! Compressed files keep their error bound. `verify` reads every file back and compares it with its source in double
+//! precision, by its own forward kinematics.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -29,7 +29,7 @@ fn import(path: &str) -> Scene {
     Importer::new().skeleton_mesh(SkeletonMesh::None).import(path).unwrap()
 }
 
-/// In metres, as `mocap convert` brings it there.
+/// The scene in metres, as `mocap convert` converts it.
 fn in_metres(source: &Scene) -> Scene {
     let mut scene = source.clone();
     Conversion::new().apply(&mut scene).unwrap();
@@ -42,10 +42,10 @@ fn options(compression: Compression, max_error: f64) -> GltfOptions {
         .error_bound(Some(max_error.into()))
 }
 
-/// The longest motion that is tried in whole.
+/// The longest motion that is tested completely.
 const WHOLE: usize = 300;
 
-/// Every `parts`th of the real motions; of longer ones than [`WHOLE`] as many frames from anywhere.
+/// Every `parts`th real motion. Of motions with more than [`WHOLE`] frames, as many frames from a random position.
 fn real_motions(random: &mut Sample, parts: usize) -> Vec<(String, Scene)> {
     let folder = PathBuf::from("../../fixtures/real");
     let mut paths: Vec<_> = fs::read_dir(folder)
@@ -67,17 +67,17 @@ fn real_motions(random: &mut Sample, parts: usize) -> Vec<(String, Scene)> {
         if frames > WHOLE && !is_all() {
             let first = random.below(frames - WHOLE + 1);
             scene.trim(first as f64, (first + WHOLE - 1) as f64);
-            // What is compressed and compared is this part: `verify` shall not cut it again.
+            // This part is compressed and compared, so `verify` must not trim it again.
             scene.metadata.steps.clear();
         }
     }
     motions
 }
 
-/// Links of 5 m and of 2 m, in metres by what the survey makes of them: a step of 16 bits is more than 0.1 mm there.
+/// Files with links of 5 m and 2 m, in the inferred unit. At such lengths, a step of 16 bits is more than 0.1 mm.
 const TOO_LONG_FOR_A_TENTH: [&str; 2] = ["repeated_offset_lines.bvh", "lecture_Test.bvh"];
 
-/// Every fourth file in each container with one of four bounds; `tools/interop/check bounds` takes all of them.
+/// Every fourth file in each container with one of four bounds; `tools/interop/check bounds` tests all files.
 #[test]
 fn the_bound_holds_on_every_real_file() {
     let mut random = Sample::new();
@@ -112,7 +112,8 @@ fn the_bound_holds_on_every_real_file() {
                 .map_or(verified.frames, mocap::scene::Animation::frame_count);
             assert_eq!(verified.frames, frames, "{what}");
             if let Some(achieved) = &document.report().achieved {
-                // What is reported is never less than what is there; the rest is what decoders may differ by.
+                // The reported error is never below the real error. The difference is at most the difference between
+                // decoders.
                 assert!(
                     verified.max_error <= achieved.max_error + 2e-6,
                     "{what}: {verified:?}, {achieved:?}"
@@ -122,7 +123,8 @@ fn the_bound_holds_on_every_real_file() {
     }
 }
 
-/// The largest distance from their places of points that are attached to the nodes, `distance` metres from them.
+/// The largest distance of points from their expected positions. The points are attached to the nodes, `distance`
+/// metres away.
 fn shell_error(source: &Scene, compressed: &Scene, distance: f32) -> f32 {
     let points = |scene: &Scene, frame: usize| -> Vec<Vec3> {
         let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
@@ -140,7 +142,7 @@ fn shell_error(source: &Scene, compressed: &Scene, distance: f32) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// The points that stand for the skin are those of ACL: on the axes of every node.
+/// The points that represent the skin are ACL's points, on the axes of every node.
 #[test]
 fn the_bound_holds_for_a_shell_where_one_is_asked_for() {
     const ROUNDING: f32 = 3e-6;
@@ -179,7 +181,7 @@ fn a_shell_distance_is_a_length() {
         options.error_bound = Some(ErrorBound::new(0.001).shell_distance(shell_distance));
         assert_eq!(options.write_glb(&scene).unwrap_err().code(), Code::InvalidValue);
     }
-    // A length at which no rotation keeps the bound.
+    // At this length, no rotation keeps the bound.
     let mut options = options(Compression::Int16, 0.001);
     options.error_bound = Some(ErrorBound::new(0.001).shell_distance(1e30));
     assert_eq!(options.write_glb(&scene).unwrap_err().code(), Code::ErrorBound);
@@ -203,7 +205,7 @@ fn sizes_are_what_they_are_meant_to_be() {
     }
 }
 
-/// A joint has keys of its own, but where those that the whole pose has are smaller, for these need their times once.
+/// A joint has its own keys, unless shared keys of the whole pose are smaller: shared keys store their times once.
 #[test]
 fn keys_are_shared_where_that_is_smaller() {
     for (file, is_shared) in [
@@ -218,14 +220,14 @@ fn keys_are_shared_where_that_is_smaller() {
         let samplers = read
             .animations()
             .flat_map(|animation| animation.samplers().collect::<Vec<_>>());
-        // Of what moves: a track of one key has a time of its own.
+        // Counts only moving tracks. A track with one key has its own time.
         let moving = samplers.filter(|sampler| sampler.input().count() > 1);
         let clocks: BTreeSet<usize> = moving.map(|sampler| sampler.input().index()).collect();
         assert_eq!(clocks.len() == 1, is_shared, "{file}: {clocks:?}");
     }
 }
 
-/// Neither moves nor carries anything, and hangs on nothing.
+/// The node does not move, has no parent and carries nothing.
 #[test]
 fn a_node_by_itself_stays_where_it_is() {
     let mut source = import("rokoko_dance.bvh");
@@ -255,7 +257,8 @@ fn what_cannot_be_kept_is_an_error() {
     }
 }
 
-/// Its bones are metres long: 16 bits kept 0.5 mm and 2 mm, and not 1 mm.
+/// The bones of this file are metres long. An earlier version of the writer kept bounds of 0.5 mm and 2 mm with 16
+/// bits, but exceeded a bound of 1 mm.
 #[test]
 fn a_bound_is_kept_where_a_smaller_one_is() {
     let source = import("huesitos.fbx");
@@ -273,7 +276,8 @@ fn a_bound_is_kept_where_a_smaller_one_is() {
     }
 }
 
-/// The T-pose that the CMU conversions have as their first frame is gone in the next, and nothing stands between.
+/// The first frame of CMU's conversions is a T-pose. The second frame belongs to the motion, and no pose lies between
+/// the two frames.
 #[test]
 fn a_cut_stays_between_its_two_frames() {
     let source = import("cmu_short.bvh");
@@ -289,7 +293,7 @@ fn a_cut_stays_between_its_two_frames() {
             keys.tick(0),
             keys.tick(1)
         );
-        // Frame 1 is the second frame of the motion itself, and not interpolated from the T-pose.
+        // Frame 1 is the second frame of the motion itself, and is not interpolated from the T-pose.
         let mut motion_alone = in_metres(&source);
         motion_alone.trim(1.0, f64::INFINITY);
         let (here, there) = (
@@ -317,7 +321,8 @@ fn the_report_says_how_far_and_where() {
         ..
     } = document.report().achieved.clone().unwrap();
     let verified = Verification::of(&source, &document.to_glb().unwrap()).unwrap();
-    // `verify` makes quaternions unit length. What is reported is the largest error of readers that do and that do not.
+    // `verify` normalizes quaternions. The reported error is the largest error of readers that normalize and readers
+    // that do not.
     let is_nearly = |reported: f64, verified: f64| reported >= verified - 1e-7 && reported < verified * 1.02;
     assert!(is_nearly(max_error, verified.max_error), "{verified:?}, {max_error}");
     assert!(is_nearly(rms_error, verified.rms_error), "{verified:?}, {rms_error}");
@@ -373,7 +378,7 @@ fn a_small_file_leaves_out_what_a_reader_knows() {
         let samplers = animation["samplers"].as_array().unwrap();
         assert!(samplers.iter().all(|sampler| sampler.as_object().unwrap().len() == 2));
         assert_eq!(samplers.len(), animation["channels"].as_array().unwrap().len());
-        // The joints are stated even where nothing is bound to them.
+        // The file states the joints, although no mesh is bound to them.
         if let Some(skin) = json["skins"].get(0) {
             assert_eq!(skin["joints"].as_array().unwrap().len(), scene.nodes.len());
             assert_eq!(
@@ -382,7 +387,7 @@ fn a_small_file_leaves_out_what_a_reader_knows() {
                 "{compression:?}"
             );
         }
-        // Every decision stays, but of a small file without its reason.
+        // Every decision is recorded. A small file omits the reasons.
         let assumptions = &json["asset"]["extras"]["mocap"]["assumptions"];
         let topics: Vec<_> = scene.metadata.assumptions.iter().map(|a| a.topic.to_string()).collect();
         let written: Vec<_> = assumptions.as_array().unwrap().iter().collect();
@@ -420,7 +425,7 @@ fn a_scale_that_is_one_but_for_rounding_is_no_track() {
 
 #[test]
 fn constant_rotations_of_a_small_file_have_few_decimals() {
-    // Nodes take them up where a skin keeps the rest pose.
+    // If a skin keeps the rest pose, nodes take constant tracks.
     let importer = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Skinned);
     let scene = in_metres(&importer.import("../../fixtures/real/rokoko_dance.bvh").unwrap());
     let json = json(&options(Compression::Int16, 0.001).write_glb(&scene).unwrap());
@@ -445,7 +450,7 @@ fn constant_rotations_of_a_small_file_have_few_decimals() {
     assert!(rotations > 20, "{rotations}");
 }
 
-/// Skeletons and motions that no one would capture: short and long links, fast turns, joints that slide.
+/// Generated skeletons and motions that no capture has: short and long links, fast rotations, sliding joints.
 #[test]
 fn the_bound_holds_on_generated_motions() {
     use mocap::glam::{Mat4, Quat, Vec3};
@@ -495,7 +500,7 @@ fn the_bound_holds_on_generated_motions() {
                 ..Channel::default()
             });
         }
-        // A node may have been put before its parent's last child: depth-first order is what a scene has.
+        // A node may come before its parent's last child. Scenes have depth-first order.
         if !scene.validate().is_empty() {
             for index in 1..joints {
                 scene.nodes[index].parent = Some(NodeId::new(index - 1));
@@ -520,7 +525,7 @@ fn the_bound_holds_on_generated_motions() {
     }
 }
 
-/// Three clips of one file, the second shorter and the third as long as the first, with a key at every frame.
+/// Three clips in one file, with a key at every frame. The second is shorter than the first, and the third is as long.
 #[test]
 fn clips_with_the_same_frames_share_their_times() {
     let mut source = import("z_up_dab.bvh");
@@ -534,7 +539,7 @@ fn clips_with_the_same_frames_share_their_times() {
     source.animations.push(named(&short.animations[0], "short"));
     source.animations.push(named(&first, "twin"));
     let scene = in_metres(&source);
-    // Without a bound every frame has keys, and within so small a one too, where they are shared.
+    // Without a bound, and within such a small bound, every frame has keys if keys are shared.
     let streams = |kind: &Compression| matches!(kind, Compression::Meshopt | Compression::MeshoptKhr);
     let bounded = compressions()
         .into_iter()
@@ -572,7 +577,7 @@ fn clips_with_the_same_frames_share_their_times() {
     }
 }
 
-/// Nothing moves, so that nothing is compressed: every reader can open the file.
+/// Nothing moves, so nothing is compressed, and every reader can open the file.
 #[test]
 fn a_clip_without_motion_needs_no_extension() {
     let scene = in_metres(&import("slimevr_headset_root.bvh"));
@@ -681,7 +686,7 @@ mod streams {
                 filters.push((number("byteStride"), stream.get("filter").cloned()));
             }
             filters.sort_by_key(|(stride, _)| *stride);
-            // Times have no filter, so that nothing is lost of them.
+            // Times have no filter, so they lose nothing.
             let expected = [
                 (4, None),
                 (8, Some("QUATERNION".into())),
@@ -699,7 +704,7 @@ mod streams {
         let (json, bin) = small(Compression::Meshopt);
         let read = |json: &Value, bin: &[u8]| Importer::new().read(&glb(json, bin), "damaged.glb");
         assert!(read(&json, &bin).is_ok());
-        // The first bytes of each stream are always tried, of the rest every eighth.
+        // The first bytes of each stream are always tested, and every eighth of the others.
         let views = json["bufferViews"].as_array().unwrap().iter();
         let starts: Vec<u64> = views
             .filter_map(|view| view["extensions"]["EXT_meshopt_compression"]["byteOffset"].as_u64())

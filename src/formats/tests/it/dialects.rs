@@ -1,4 +1,4 @@
-//! One tiny file for each dialect: nodes, world positions, frames and warnings against what was worked out by hand.
+//! One tiny file for each dialect: nodes, world positions, frames and warnings, compared with values computed by hand.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use mocap::{Code, Diagnostic, Importer, Pose};
 /// The largest distance of a node from its expected position. The skeletons are a few units tall.
 const TOLERANCE: f64 = 1e-5;
 
-/// A file `NAME.expected`, as `fixtures/README.md` describes it.
+/// The contents of a file `NAME.expected`, in the form that `fixtures/README.md` describes.
 #[derive(Debug, Default)]
 struct Expected {
     frames: usize,
@@ -77,7 +77,7 @@ fn depth(scene: &Scene, index: usize) -> usize {
         .map_or(0, |parent| 1 + depth(scene, parent.index()))
 }
 
-/// A warning in the words of `NAME.expected`, as far as those go.
+/// A warning in the words of `NAME.expected`, as far as this file states it.
 fn describe(warning: &Diagnostic, like: &str) -> String {
     let mut text = warning.code.to_string();
     if let Some(location) = warning.location.as_ref().filter(|_| like.contains(" at ")) {
@@ -89,7 +89,7 @@ fn describe(warning: &Diagnostic, like: &str) -> String {
     text
 }
 
-/// The differences of `scene`, as one sentence each.
+/// The differences of `scene` from the expected values, one sentence each.
 fn differences(scene: &Scene, expected: &Expected) -> Vec<String> {
     let mut differences = Vec::new();
     let mut check = |what: &str, is: String, should: String| {
@@ -164,7 +164,7 @@ fn every_dialect_means_what_was_worked_out_by_hand() {
     assert!(failures.is_empty(), "\n{failures}");
 }
 
-/// A scene without what says which file it comes from, and which lines of it.
+/// A scene without the name of its file and the line numbers.
 fn import_nameless(path: impl AsRef<Path>) -> Scene {
     let mut scene = importer().import(path).unwrap();
     let origin = scene.metadata.origin.as_mut().unwrap();
@@ -176,14 +176,14 @@ fn import_nameless(path: impl AsRef<Path>) -> Scene {
     scene
 }
 
-/// Files that differ only in spelling, without a warning, give equal scenes.
+/// Files that differ only in spelling, and have no warning, give equal scenes.
 #[test]
 fn a_dialect_of_spelling_alone_gives_the_identical_scene() {
     let plain = Expected::parse(&fs::read_to_string("../../fixtures/dialects/plain.expected").unwrap());
     let scene = import_nameless("../../fixtures/dialects/plain.bvh");
     let mut same = 0;
     for (path, expected) in fixtures() {
-        // An OFFSET of the root that its position replaces is still its rest pose.
+        // If the root's position replaces its OFFSET, the OFFSET is still the rest pose.
         let spelling_alone = expected.warnings.is_empty() && expected.root.is_none();
         if spelling_alone && expected.frames == plain.frames && expected.nodes == plain.nodes {
             assert_eq!(import_nameless(&path), scene, "{}", path.display());
@@ -262,7 +262,7 @@ fn a_scale_channel_becomes_scaling_keys() {
     );
 }
 
-/// A pose generator writes a rotation behind each offset.
+/// A pose generator writes a rotation after each offset.
 #[test]
 fn what_stands_behind_three_numbers_of_an_offset_is_a_warning() {
     let plain = std::fs::read_to_string("../../fixtures/dialects/plain.bvh").unwrap();
@@ -277,7 +277,7 @@ fn what_stands_behind_three_numbers_of_an_offset_is_a_warning() {
     assert_eq!(error.unwrap_err().code(), Code::UnexpectedToken);
 }
 
-/// Two takes in one file, of which the first declares more rows than it has.
+/// Two takes in one file. The first declares more rows than it has.
 #[test]
 fn a_second_hierarchy_ends_the_first_motion() {
     let plain = std::fs::read_to_string("../../fixtures/dialects/plain.bvh").unwrap();

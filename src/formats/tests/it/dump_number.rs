@@ -1,9 +1,9 @@
-//! Numbers as streams print them.
+//! Tests that numbers are printed as C++ streams print them.
 
 use mocap_formats::internals::StreamNumber;
 use proptest::prelude::*;
 
-/// Each number with what the `printf` of glibc 2.36 prints for it with `%g`.
+/// Each number with the output of `printf("%g")` of glibc 2.36.
 const PRINTED: &[(f64, &str)] = &[
     (0.0, "0"),
     (-0.0, "-0"),
@@ -65,7 +65,7 @@ proptest! {
     /// Checks the text against the C standard's definition of `%g`.
     #[test]
     fn six_digits_say_what_the_number_is(digits in 1.0..10.0f64, exponent in -40..40, negative: bool) {
-        // Digits near zero would make numbers so small that the powers of ten below are not exact enough for them.
+        // Digits near zero would give numbers so small that the powers of ten below are not exact enough.
         let number = if negative { -digits } else { digits } * 10f64.powi(exponent);
         let text = StreamNumber(number).to_string();
         let (digits, exponent) = text.split_once('e').unwrap_or((&text, ""));
@@ -77,7 +77,7 @@ proptest! {
         let size = read.abs();
         prop_assert_eq!(exponent.is_empty(), (1e-4..1e6).contains(&size), "{}", text);
         prop_assert!(exponent.is_empty() || exponent.len() >= 3, "{text}");
-        // Half a unit of the sixth digit, which is at least a millionth of the number itself.
+        // The limit is half a unit of the sixth digit, which is at least a millionth of the number.
         prop_assert!((read - number).abs() <= 0.500_001 * 10f64.powi(size.log10().floor() as i32 - 5), "{text}");
     }
 }

@@ -1,4 +1,5 @@
-//! Error bounds of single joints: each joint of each written file is within its own, by the kinematics here.
+//! Error bounds of single joints. Each joint of each written file is within its own bound, by the kinematics of this
+//! module.
 
 use mocap::compress::{ErrorBound, PackedClip};
 use mocap::fbx::FbxOptions;
@@ -9,14 +10,14 @@ use mocap::{Code, Conversion, Importer, SkeletonMesh};
 
 /// The bound of all other joints, in metres.
 const BOUND: f64 = 0.005;
-/// A joint that matters more, and its bound.
+/// A joint that needs a smaller bound, and its bound.
 const TIGHT: (&str, f64) = ("LeftHand", 0.0004);
-/// Joints that matter less, from the last one that moves on, and their bound.
+/// Joints with a larger bound, beginning with the last moving joint of the chain, and their bound.
 const LOOSE: (&[&str], f64) = (&["RightToeBase", "EndSite_RightToeBase"], 0.02);
-/// What single precision and the times of a file add, in metres.
+/// The error in metres that single precision and the times of a file add.
 const ROUNDING: f64 = 3e-6;
 
-/// What writes a file within a bound.
+/// A writer of files within a bound.
 #[derive(Clone, Copy, Debug)]
 enum Writer {
     Gltf(Compression),
@@ -42,7 +43,7 @@ impl Writer {
         all
     }
 
-    /// The file as a reader has it, in metres, and the largest error that the writer says.
+    /// The file in metres, as a reader returns it, and the largest error that the writer states.
     fn write(self, scene: &Scene, bound: &ErrorBound) -> mocap::Result<(Scene, f64)> {
         let read = |bytes: &[u8], name| {
             let mut scene = Importer::new()
@@ -85,7 +86,7 @@ fn source() -> Scene {
     scene
 }
 
-/// The value at a tick: between the two keys around it, else that of the nearest key.
+/// The value at a tick: interpolated between the two keys around it, otherwise the value of the nearest key.
 fn sample<T: Copy, V>(keys: &Keys<T>, tick: f64, value: impl Fn(T) -> V, mix: impl Fn(V, V, f64) -> V) -> Option<V> {
     let at = |key: usize| keys.ticks.as_ref().map_or(key as f64, |ticks| ticks[key]);
     let next = (0..keys.len()).find(|key| at(*key) > tick).unwrap_or(keys.len());
@@ -167,7 +168,7 @@ fn every_joint_keeps_its_own_bound_in_every_format() {
             }
             errors
         };
-        // Without the bounds of their own these joints are elsewhere.
+        // Without their own bounds, these joints have a larger error.
         let plain = errors(&plain);
         assert!(of(&plain, TIGHT.0) > 2.0 * TIGHT.1, "{writer:?}: {plain:?}");
         errors(&tight);
@@ -221,7 +222,7 @@ fn what_is_wrong_with_a_bound_of_a_joint_is_said() {
         }
         refused(ErrorBound::new(0.0).joint("LeftHand", 0.01));
     }
-    // A bound that cannot be kept names the joint and its own bound.
+    // If a bound cannot be kept, the error names the joint and its own bound.
     let bound = ErrorBound::new(1.0).joint("LeftHand", 1e-12);
     let error = Writer::Packed.write(&source, &bound).unwrap_err();
     assert_eq!(error.code(), Code::ErrorBound);

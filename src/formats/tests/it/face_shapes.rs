@@ -1,5 +1,5 @@
-//! Tracks of ARKit's shapes of a face. They are read from tables of Live Link Face and JSON of MediaPipe, and go into VRM
-//! animations, onto characters and morph targets. Weights are a formula that the tests write into the files.
+//! Tracks of ARKit's face shapes. Tables of Live Link Face and JSON of MediaPipe have them. They go into VRM
+//! animations, onto characters and onto morph targets. The tests write weights by a formula.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use mocap::vrma::VrmaOptions;
 use mocap::{Code, Format, FormatInfo, Importer, Scene};
 use serde_json::{Value, json};
 
-/// Columns of a table; the file has 52.
+/// Columns of a table. The full file has 52.
 const COLUMNS: [&str; 5] = [
     "EyeBlinkLeft",
     "EyeBlinkRight",
@@ -27,7 +27,7 @@ fn weight(shape: usize, frame: usize) -> f32 {
     (shape + 1) as f32 * 0.1 + frame as f32 * 0.001
 }
 
-/// 200 frames at 60 fps from 59.5 seconds on, across a minute, without frames 20 and 21.
+/// 200 frames at 60 fps, beginning at 59.5 seconds, so that they pass a full minute. Frames 20 and 21 are missing.
 fn table() -> String {
     let mut text = format!("Timecode,BlendShapeCount,{},HeadYaw,LeftEyeYaw\n", COLUMNS.join(","));
     for frame in (0..200).filter(|frame| ![20, 21].contains(frame)) {
@@ -88,9 +88,9 @@ fn a_table_of_live_link_face_has_its_shapes_rate_and_gaps() {
             "{tick}"
         );
     }
-    // Between the frames around a gap.
+    // In a gap, the weight is interpolated between the frames around it.
     assert!((at(&scene, "jawOpen", 20.5) - (weight(2, 19) + weight(2, 22)) / 2.0).abs() < 1e-6);
-    // The head turns, and an eye does not.
+    // The head turns, but eyes do not.
     let lost = &scene.metadata.lost;
     assert_eq!(
         (lost.len(), lost[0].kind, lost[0].count),
@@ -132,7 +132,7 @@ fn broken_tables_of_live_link_face_are_refused_with_their_line() {
         "{}",
         refused(wrong)
     );
-    // One that is cut off in its last frame.
+    // The table is truncated in its last frame.
     let cut = &table[..table.len() - 12];
     let scene = Importer::new().read(cut.as_bytes(), "take.csv").unwrap();
     assert_eq!(scene.animations[0].duration, 198.0);
@@ -224,7 +224,7 @@ fn shapes_that_a_vrm_lacks_move_its_presets() {
     let bytes = export.files.last().unwrap().bytes();
     let glb = gltf::Glb::from_slice(&bytes).unwrap();
     let file: Value = serde_json::from_slice(&glb.json).unwrap();
-    // Nothing else moves: the body stays as it is.
+    // Only morph targets move, and the body does not change.
     let channels = file["animations"][0]["channels"].as_array().unwrap();
     assert_eq!((channels.len(), &channels[0]["target"]["path"]), (1, &json!("weights")));
     let sampler = &file["animations"][0]["samplers"][channels[0]["sampler"].as_u64().unwrap() as usize];
@@ -242,7 +242,7 @@ fn shapes_that_a_vrm_lacks_move_its_presets() {
             .collect()
     };
     let (times, weights) = (numbers(&sampler["input"]), numbers(&sampler["output"]));
-    // The file says which target `a` and `blink` are: its mouth is the first, its lids are the second.
+    // The file states the targets of `a` and `blink`: its mouth is the first target, its lids are the second.
     for (key, time) in times.iter().enumerate() {
         let frame = (time * 60.0).round() as usize;
         assert!((weights[2 * key] - weight(2, frame)).abs() < 1e-5, "mouth at {time}");

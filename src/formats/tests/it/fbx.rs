@@ -1,4 +1,4 @@
-//! FBX: against another reader, and a file small enough to work out by hand.
+//! FBX, compared with another reader, and a file that is small enough to compute by hand.
 
 mod time;
 
@@ -14,8 +14,8 @@ fn position(scene: &Scene, pose: &Pose, name: &str) -> Vec3 {
     pose.position(NodeId::new(node))
 }
 
-/// Frame, bone and place in centimetres, as Assimp 5.2.4 has it with its pivots collapsed. The file has a key every
-/// second frame; between keys Assimp goes straight, where the curves of the file bend.
+/// Frames, bones and positions in centimetres, from Assimp 5.2.4 with collapsed pivots. The file has a key in every
+/// second frame. Between keys Assimp interpolates linearly, but the file has curves.
 const RUN: [(f64, &str, [f32; 3]); 12] = [
     (0.0, "Hips", [1.832_059, 94.877_61, -4.481_497]),
     (0.0, "Head", [5.379_74, 150.692_92, 13.816_896]),
@@ -41,7 +41,7 @@ fn bones_stand_where_another_reader_puts_them() {
     };
     assert_eq!((animation.name.as_str(), animation.ticks_per_second), ("run", 30.0));
     assert_eq!(animation.duration, 20.0);
-    // Cameras and lights are left out.
+    // Cameras and lights are skipped.
     let bones = scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint).count();
     assert_eq!((bones, scene.nodes.len()), (67, 68));
     for (tick, name, centimetres) in RUN {
@@ -55,8 +55,9 @@ fn bones_stand_where_another_reader_puts_them() {
     }
 }
 
-/// File, frame, and the box around the skinned vertices in centimetres: least and most x, y, z. Bones, weights and keys
-/// as Assimp 5.2.5 has them without any step, each vertex moved by the sum of its bones over the sum of its weights.
+/// Files, frames, and the boxes around the skinned vertices in centimetres: the least and the largest x, y, z. Assimp
+/// 5.2.5 gives bones, weights and keys, without post-processing. Each vertex moves by the sum of its bones over the sum
+/// of its weights.
 const SKINNED: [(&str, f64, [f32; 3], [f32; 3]); 6] = [
     (
         "huesitos",
@@ -96,7 +97,7 @@ const SKINNED: [(&str, f64, [f32; 3], [f32; 3]); 6] = [
     ),
 ];
 
-/// Where the vertices of a skinned mesh are in a pose.
+/// The positions of the vertices of a skinned mesh in a pose.
 fn skinned(mesh: &Mesh, pose: &Pose) -> Vec<Vec3> {
     let mut places = vec![DVec3::ZERO; mesh.vertices.len()];
     for bone in &mesh.bones {
@@ -122,7 +123,7 @@ fn skinned_vertices_are_where_another_reader_puts_them() {
         );
         for (found, expected) in [(found.0, least), (found.1, most)] {
             let expected = Vec3::from(expected) * 0.01;
-            // Numbers of single precision up to 36 m, multiplied down a chain of eight.
+            // The tolerance is for numbers of single precision up to 36 m, multiplied along a chain of eight.
             assert!(
                 found.abs_diff_eq(expected, 2e-5),
                 "{name} at {tick}: {found}, {expected}"
@@ -191,7 +192,7 @@ fn another_rate_keeps_the_frames() {
     assert!(was.channels == is.channels);
 }
 
-/// Three bones in centimetres with +Z up; the second is turned by a pre-rotation.
+/// Three bones in centimetres with +Z up. A pre-rotation rotates the second.
 const TINY: &str = include_str!("../../../../fixtures/made/tiny.fbx");
 
 fn read(bytes: &[u8]) -> mocap::Result<Scene> {
@@ -208,13 +209,13 @@ fn units_axes_and_pre_rotations_are_resolved() {
     for (name, expected) in [
         ("hip", Vec3::new(0.0, 1.0, 0.0)),
         ("knee", Vec3::new(0.1, 1.0, 0.0)),
-        // The pre-rotation turns the link from x to y, which lies along -z when z is up no more.
+        // The pre-rotation rotates the link from x to y. After the change of the up axis from z, y lies along -z.
         ("toe", Vec3::new(0.1, 1.0, -0.1)),
     ] {
         let found = position(&scene, &pose, name);
         assert!(found.abs_diff_eq(expected, 1e-6), "{name}: {found}");
     }
-    // FBX's Z X Y, the axis that turns first first, is the product Ry Rx Rz.
+    // FBX's Z X Y names the axis of the first rotation first. It is the product Ry Rx Rz.
     assert_eq!(scene.nodes[2].rotation_order, Some(RotationOrder::Yxz));
     let warnings: Vec<Code> = scene.warnings.iter().map(|warning| warning.code).collect();
     assert_eq!(warnings, [Code::NoMotion]);
@@ -236,7 +237,7 @@ fn units_and_axes_of_the_file_can_be_kept() {
         for (name, expected) in [
             ("hip", Vec3::new(0.0, 0.0, 100.0)),
             ("knee", Vec3::new(10.0, 0.0, 100.0)),
-            // The pre-rotation turns the link from x to y.
+            // The pre-rotation rotates the link from x to y.
             ("toe", Vec3::new(10.0, 10.0, 100.0)),
         ] {
             let found = position(&scene, &pose, name);
@@ -256,7 +257,7 @@ fn broken_files_are_refused_with_their_message() {
              from byte 18218 to byte 612954; found 331696 bytes; help: export or download the file again",
         ),
         (
-            // The header without any section.
+            // A header without any section.
             &binary[..27],
             "tiny.fbx: error[unexpected-end]: the file is cut off; expected the rest of an FBX file; found 27 bytes; \
              help: export or download the file again",
@@ -270,8 +271,8 @@ fn broken_files_are_refused_with_their_message() {
         (
             &b"1, 2, 3\n".repeat(100),
             "tiny.fbx: error[invalid-fbx]: the file is not FBX; expected \"Kaydara FBX Binary\" or \"; FBX\" at its \
-             beginning; found \"1, 2, 3\\n1, 2, 3\\n1,\"; help: check that the extension matches the contents of the file, and that it is \
-             not compressed",
+             beginning; found \"1, 2, 3\\n1, 2, 3\\n1,\"; help: check that the extension matches the contents of the file, and that the \
+             file is not compressed",
         ),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), message);
@@ -307,7 +308,7 @@ fn claims_beyond_the_limits_are_refused() {
 
 #[test]
 fn every_damage_is_an_error_or_a_valid_scene() {
-    // The importer validates what it returns in builds with debug assertions; these tests are one.
+    // In builds with debug assertions, as in these tests, the importer validates its scenes.
     let text = TINY.as_bytes();
     let mut random = Sample::new();
     for position in random.some(0..text.len(), 4) {
@@ -318,7 +319,7 @@ fn every_damage_is_an_error_or_a_valid_scene() {
             let _ = read(&bytes);
         }
     }
-    // A long file: some of its bytes, spread over all of it.
+    // In this long file, the test changes some bytes, spread over the whole file.
     let binary = fs::read("../../fixtures/real/run.fbx").unwrap();
     for position in random.some((0..binary.len()).step_by(binary.len() / 150), 4) {
         let _ = read(&binary[..position]);
@@ -338,8 +339,8 @@ fn biped_files_are_told_apart() {
     );
 }
 
-/// A skinned quad, the left half in a plain colour and the right half with a texture; `texture` is what the file says
-/// of the image, and `video` its contents.
+/// A skinned quad whose left half has a plain colour and whose right half has a texture. `texture` describes the image,
+/// and `video` has its contents.
 pub(crate) fn textured(texture: &str, video: &str) -> String {
     let identity = "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1";
     format!(
@@ -459,7 +460,7 @@ fn png() -> Vec<u8> {
     base64::engine::general_purpose::STANDARD.decode(text).unwrap()
 }
 
-/// A file from elsewhere must not choose which pictures of a disk go into what is made of it.
+/// An untrusted file must not choose which pictures of a disk an output contains.
 #[test]
 fn a_texture_outside_of_the_folder_is_not_opened() {
     let folder = tempfile::tempdir().unwrap();
@@ -522,14 +523,14 @@ fn a_material_has_its_colour_and_its_texture() {
             material.surface.unwrap()
         };
         let (plain, painted) = (surface("plain"), surface("painted"));
-        // 0.5 of a screen is 0.214 of the light.
+        // 0.5 of a screen's range is 0.214 of the linear light.
         assert!(
             plain.base_color.abs_diff_eq(Vec4::new(1.0, 0.214_041, 0.0, 0.25), 1e-5),
             "{plain:?}"
         );
         assert_eq!((plain.texture, plain.alpha), (None, AlphaMode::Blend));
         assert_eq!((painted.base_color, painted.texture), (Vec4::ONE, Some(0)));
-        // A mesh for each material, each with places on a texture, from above.
+        // A mesh for each material, with texture coordinates from the top.
         let [left, right] = scene.meshes.as_slice() else {
             panic!("{} meshes", scene.meshes.len());
         };
@@ -553,7 +554,7 @@ fn a_material_has_its_colour_and_its_texture() {
             .collect::<Vec<_>>();
         assert!(
             said.iter()
-                .any(|text| text.contains("textures of NormalMap were left out")),
+                .any(|text| text.contains("mocap did not read the textures of NormalMap")),
             "{said:?}"
         );
 
@@ -604,7 +605,7 @@ fn a_texture_that_is_missing_is_told() {
         let outer = tempfile::tempdir().unwrap();
         let folder = outer.path().join("in");
         fs::create_dir(&folder).unwrap();
-        // Not to be read: a file above that of the figure.
+        // A file in the parent folder must not be read.
         fs::write(outer.path().join("paint.png"), png()).unwrap();
         if !file.is_empty() {
             fs::write(folder.join(file), bytes).unwrap();
@@ -623,7 +624,7 @@ fn a_texture_that_is_missing_is_told() {
     }
 }
 
-/// As ozz-animation's file has it: a `DiffuseColor` of 0.5 and a `DiffuseFactor` of 0.8.
+/// The colour is stated as in ozz-animation's file: a `DiffuseColor` of 0.5 and a `DiffuseFactor` of 0.8.
 #[test]
 fn a_character_keeps_its_colour() {
     let scene = mocap::import("../../fixtures/characters/arnaud.fbx").unwrap();

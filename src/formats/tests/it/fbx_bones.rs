@@ -1,10 +1,10 @@
-//! Which nodes of written FBX files are bones, as ufbx sees them.
+//! The nodes of written FBX files that are bones, as ufbx reads them.
 
 use mocap::fbx::{FbxOptions, FbxTarget};
 use mocap::{Conversion, Importer};
 use serde_json::{Value, json};
 
-/// Two bones in a skin, below a group, below a group that holds a mesh without a skin.
+/// Two bones of a skin below a group. This group is below another group, which has a mesh without a skin.
 fn nested() -> Value {
     let text = std::fs::read_to_string("../../fixtures/made/two_bones_textured.gltf").unwrap();
     let mut file: Value = serde_json::from_str(&text).unwrap();
@@ -16,8 +16,7 @@ fn nested() -> Value {
     file
 }
 
-/// Blender's importer in Python fails with `KeyError: None` where a bone that a cluster refers to is below a `Null`
-/// that is below a bone.
+/// Blender's Python importer fails with `KeyError: None` if a bone of a cluster is below a `Null` that is below a bone.
 #[test]
 fn what_is_between_bones_is_a_bone() {
     let importer = Importer::new().gltf_meshes(true);
@@ -42,7 +41,7 @@ fn what_is_between_bones_is_a_bone() {
                 above = node.parent.as_deref();
             }
             assert!(chain[0], "a cluster refers to what is no bone");
-            // From the bone to the root: bones, then what is above all bones.
+            // From the bone to the root: first bones, then the nodes above all bones.
             assert!(chain.is_sorted_by(|below, above| below >= above), "{chain:?}");
         }
     }

@@ -1,5 +1,5 @@
-//! FBX characters that are written with other clips: all else in the file stays. A parser of the test's own compares the
-//! elements, and ufbx reads the motion.
+//! FBX characters that are written with other clips, while everything else in the file stays. The test's own parser
+//! compares the elements, and ufbx reads the motion.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::scene::NodeId;
 use mocap::{Code, Importer, Scene};
 
-/// An element: its name, the bytes of its values, and what is below it.
+/// An element: its name, the bytes of its values, and its children.
 #[derive(Clone, Debug, PartialEq)]
 struct Element {
     name: String,
@@ -53,7 +53,7 @@ impl Element {
         i64::from_le_bytes(self.values[1..9].try_into().unwrap())
     }
 
-    /// Both ends of a connection, behind its kind.
+    /// The identifiers of the two connected objects. In the element, they follow the kind of the connection.
     fn ends(&self) -> [i64; 2] {
         [8, 17].map(|at| i64::from_le_bytes(self.values[at..at + 8].try_into().unwrap()))
     }
@@ -67,7 +67,7 @@ fn sections(bytes: &[u8]) -> BTreeMap<String, Vec<Element>> {
         .collect()
 }
 
-/// The objects and connections of the source are in the output, but for animations unless these stay.
+/// Checks that the output has the objects and connections of the source, except animations unless `with_clips` is set.
 fn expect_kept(source: &[u8], output: &[u8], with_clips: bool, clips: usize) {
     let [before, after] = [source, output].map(sections);
     let stays = |object: &&Element| with_clips || !object.is_of_animation();
@@ -85,7 +85,7 @@ fn expect_kept(source: &[u8], output: &[u8], with_clips: bool, clips: usize) {
     let stacks = |objects: &[Element]| objects.iter().filter(|object| object.name == "AnimationStack").count();
     let own = if with_clips { stacks(&before["Objects"]) } else { 0 };
     assert_eq!(stacks(&after["Objects"]), own + clips);
-    // Every kind is counted as often as it is there.
+    // The file states the right count of each kind of object.
     for kind in after["Definitions"].iter().filter(|kind| kind.name == "ObjectType") {
         let name = String::from_utf8(kind.values[5..].to_vec()).unwrap();
         let count = kind.children.iter().find(|below| below.name == "Count").unwrap();
@@ -106,7 +106,7 @@ fn import(path: &str) -> (Scene, Vec<u8>) {
     (scene, std::fs::read(path).unwrap())
 }
 
-/// How far joints of the first clip of the output are from the scene at most, in metres.
+/// The largest distance in metres of joints of the output's first clip from the scene.
 fn farthest(scene: &Scene, output: &[u8]) -> f32 {
     let again = Importer::new().read(output, "a.fbx").unwrap();
     let clip = &scene.animations[0];
@@ -141,7 +141,7 @@ fn a_converted_file_is_the_file_with_the_clips_of_the_scene() {
         expect_kept(&source, &output, false, scene.animations.len());
         let apart = farthest(&scene, &output);
         assert!(apart < 1e-4, "{path}: {apart}");
-        // What was written once is kept again.
+        // A written file is kept again.
         let again = Importer::new().read(&output, "a.fbx").unwrap();
         assert!(FbxOptions::default().write(&again).unwrap().1.is_kept, "{path}");
     }
@@ -172,7 +172,7 @@ fn a_file_that_cannot_take_a_clip_is_written_anew_and_says_why() {
         warning.message.contains("the joint \"another\" has changed"),
         "{warning:?}"
     );
-    // Conventions that were asked for need no reason.
+    // Requested conventions need no reason.
     let (scene, _) = import("real/huesitos.fbx");
     let (_, report) = FbxOptions::default().version(FbxVersion::V7400).write(&scene).unwrap();
     assert!(!report.is_kept && report.warnings.is_empty());

@@ -1,4 +1,4 @@
-//! Scenes as FBX: the same motion, read back with ufbx.
+//! Scenes as FBX: ufbx reads the same motion back.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ fn import(path: impl AsRef<Path>) -> mocap::Result<Scene> {
     Ok(scene)
 }
 
-/// Every third of the motions of the fixtures, where it can be read.
+/// Every third motion of the fixtures that can be read.
 pub(crate) fn fixtures() -> Vec<(PathBuf, Scene)> {
     let mut found = Vec::new();
     for folder in ["real", "dialects", "skeletons", "characters", "made"] {
@@ -48,7 +48,7 @@ pub(crate) fn fixtures() -> Vec<(PathBuf, Scene)> {
     read
 }
 
-/// The largest distance of a node that both have from its place, at every frame, in metres.
+/// The largest distance of a node that both scenes have from its position, over all frames, in metres.
 fn distance(scene: &Scene, again: &Scene, name: &str) -> f32 {
     let bones = |scene: &Scene| -> Vec<usize> {
         let is_bone = |index: &usize| scene.nodes[*index].kind != NodeKind::Group;
@@ -65,7 +65,7 @@ fn distance(scene: &Scene, again: &Scene, name: &str) -> f32 {
     let mut compare = |here: &Pose, there: &Pose| {
         for (&a, &b) in std::iter::zip(&ours, &theirs) {
             let places = [here.position(NodeId::new(a)), there.position(NodeId::new(b))];
-            // Single precision has no more of places that are far away.
+            // Single precision has fewer decimals for positions far from the origin.
             let far = places[0].abs().max_element().max(10.0) / 10.0;
             largest = largest.max(places[0].distance(places[1]) / far);
         }
@@ -95,7 +95,7 @@ fn every_fixture_comes_back() {
     }
 }
 
-/// A joint that turns about all axes beyond a full turn, in each order, at a frame rate that is not a whole number.
+/// A joint that rotates about all axes beyond a full turn, in each order, at a frame rate that is not a whole number.
 fn spinning() -> Scene {
     let turn = |frame: usize, order: RotationOrder| {
         let order = match order {
@@ -158,11 +158,11 @@ fn curves_have_exact_times_the_order_of_their_joint_and_no_jumps() {
             }
             let jump = |pair: &[ufbx::Keyframe]| (pair[1].value - pair[0].value).abs();
             let largest = curve.keyframes.windows(2).map(jump).fold(0.0, f64::max);
-            // With a pre-rotation the angles are others than those that were made.
+            // With a pre-rotation, the angles differ from the given angles.
             let allowed = if rest == FbxRest::Rotation { 9.001 } else { 100.0 };
             assert!(largest < allowed, "{rest:?} {up:?}: {largest}");
         }
-        // Single precision of angles beyond a thousand degrees, over six links.
+        // The tolerance is for angles beyond a thousand degrees in single precision, over six links.
         let off = distance(&scene, &read(&bytes), "spin");
         assert!(off < 1e-5, "{rest:?} {up:?}: {off}");
         if up == UpAxis::Y {
@@ -218,13 +218,13 @@ fn every_choice_gives_the_same_motion() {
             .unwrap();
         assert!(verified.is_within(5e-5), "{verified:?}");
         assert_eq!((verified.frames, verified.has_provenance), (75, true));
-        // Where the joints have other axes, from the first frame on.
+        // Joints with other axes have other rotations, from the first frame on.
         assert!(verified.rotation_error.is_some());
     }
 }
 
-/// As ufbx evaluates the curves, and as Blender, Assimp and three.js do, which interpolate rotations at the keys of a
-/// joint. Moving axes have their keys at the same frames.
+/// ufbx evaluates the curves. Blender, Assimp and three.js interpolate rotations between the keys of a joint instead.
+/// The axes that move have their keys at the same frames.
 #[test]
 fn keys_are_left_out_within_the_largest_error() {
     let scene = import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -253,13 +253,13 @@ fn keys_are_left_out_within_the_largest_error() {
         let interpolated = with_rotations_at_keys_alone(&again, &bytes);
         let off = distance(&scene, &interpolated, "cmu_short");
         assert!(f64::from(off) <= bound + 1e-6, "{options:?}: {off}");
-        // The error is there: the bound is not kept by keeping the keys.
+        // An error exists: the writer does not keep the bound by keeping all keys.
         assert!(f64::from(off) > 0.1 * bound, "{options:?}: {off}");
     }
     assert_eq!(of_whole.achieved, None);
 }
 
-/// The scene of a file, with its rotations interpolated between the moments at which one of their curves has a key.
+/// The scene of a file, with its rotations interpolated between the times at which one of their curves has a key.
 fn with_rotations_at_keys_alone(scene: &Scene, bytes: &[u8]) -> Scene {
     let file = ufbx::load_memory(bytes, ufbx::LoadOpts::default()).unwrap();
     let mut scene = scene.clone();
@@ -325,7 +325,7 @@ fn verify_finds_a_joint_that_is_elsewhere() {
     assert_eq!(verified.worst.unwrap().frame, 40);
 }
 
-/// What is behind the last element no reader needs, and a copy that failed is without it all the same.
+/// No reader needs the bytes after the last element, but a failed copy lacks them.
 #[test]
 fn verify_refuses_a_file_without_its_last_bytes() {
     let scene = import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -345,12 +345,12 @@ fn verify_refuses_a_file_without_its_last_bytes() {
     }
 }
 
-/// A clip that says nothing of any joint, or of one only that it is turned as at rest, is a clip all the same.
+/// A clip is kept, even if it has no tracks, or only the rest rotation of one joint.
 #[test]
 fn a_clip_in_which_nothing_moves_comes_back() {
     let mut scene = import("../../fixtures/real/cmu_short.bvh").unwrap();
     let rest = Pose::rest(&scene);
-    // In the middle of the chain, where a rotation differs from a position.
+    // The node is in the middle of the chain, where rotations and positions differ.
     let node = NodeId::new(4);
     let turned = rest.node_to_parent[node.index()].to_scale_rotation_translation().1;
     let animation = &mut scene.animations[0];
@@ -404,7 +404,7 @@ fn what_cannot_be_written_is_refused() {
     scene.animations[0].channels[2].rotation_keys.values[7] = Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0);
     assert_eq!(
         refusal(&scene).diagnostic().message,
-        "the rotation at tick 7 is not a rotation"
+        "the quaternion at tick 7 is not a rotation"
     );
     let mut scene = spinning();
     scene.animations[0].ticks_per_second = 0.0;
@@ -420,7 +420,7 @@ fn what_cannot_be_written_is_refused() {
     );
 }
 
-/// Where the vertices of all meshes are in a pose, in metres.
+/// The positions of the vertices of all meshes in a pose, in metres.
 fn skinned(scene: &Scene, pose: &Pose) -> Vec<Vec3> {
     let mut places = Vec::new();
     for mesh in &scene.meshes {
@@ -437,7 +437,7 @@ fn skinned(scene: &Scene, pose: &Pose) -> Vec<Vec3> {
     places
 }
 
-/// The corners of all faces, each as its place, its place on a texture and its material.
+/// The corners of all faces, each with its position, its texture coordinates and its material.
 fn corners(scene: &Scene, pose: &Pose) -> Vec<(Vec3, Vec2, String)> {
     let places = skinned(scene, pose);
     let mut corners = Vec::new();
@@ -457,7 +457,7 @@ fn corners(scene: &Scene, pose: &Pose) -> Vec<(Vec3, Vec2, String)> {
     corners
 }
 
-/// FBX, read, written and read: the same scene.
+/// FBX is read, written and read again, and gives the same scene.
 #[test]
 fn fbx_files_come_back_whole() {
     for path in [
@@ -535,7 +535,7 @@ fn fbx_files_come_back_whole() {
     }
 }
 
-/// A motion on characters: every corner of every face is where the GLB has it.
+/// A motion on characters: every corner of every face has the position that it has in the GLB.
 #[test]
 fn characters_move_as_their_glb_does() {
     for (name, textures) in [
@@ -649,7 +649,7 @@ fn targets_have_their_unit_axes_root_and_rate() {
     }
 }
 
-/// Whatever scene a damaged file gives: an error, or a file that ufbx reads.
+/// A scene of a damaged file gives an error, or a file that ufbx reads.
 #[test]
 fn damaged_files_give_an_error_or_a_valid_file() {
     let mut random = Sample::new();

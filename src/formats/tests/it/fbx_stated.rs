@@ -1,4 +1,4 @@
-//! What an FBX file states, range, rate, unit and axes, beside what its keys say and what the caller states.
+//! The statements of an FBX file (range, rate, unit and axes), compared with its keys and with the caller's statements.
 
 use mocap::glam::Vec3;
 use mocap::scene::{NodeId, UpAxis};
@@ -7,7 +7,7 @@ use mocap::{Code, Conversion, Importer, Pose, Scene};
 const ZERO: &str = include_str!("../../../../fixtures/made/fbx_stop_zero.fbx");
 const Z_UP: &str = include_str!("../../../../fixtures/made/fbx_zup.fbx");
 
-/// Ticks of FBX in a second.
+/// FBX's time units in a second.
 const SECOND: u64 = 46_186_158_000;
 
 fn read(text: &str) -> Scene {
@@ -36,7 +36,7 @@ fn frames(scene: &Scene) -> usize {
     scene.animations[0].frame_count()
 }
 
-/// The hips of the last frame.
+/// The position of the hips in the last frame.
 fn hips_at_end(scene: &Scene) -> Vec3 {
     let animation = &scene.animations[0];
     let pose = Pose::at_tick(scene, 0, animation.duration).unwrap();
@@ -44,7 +44,7 @@ fn hips_at_end(scene: &Scene) -> Vec3 {
     pose.position(NodeId::new(hips))
 }
 
-/// Three.js and Assimp read the keys whatever the range is.
+/// Three.js and Assimp read the keys, whatever the range is.
 #[test]
 fn keys_win_over_a_range_that_contradicts_them() {
     let absent: String = ZERO
@@ -78,7 +78,7 @@ fn keys_win_over_a_range_that_contradicts_them() {
 fn a_range_that_holds_keys_stays_and_keys_outside_of_it_are_told() {
     let right = read(&with_range(0, SECOND));
     assert_eq!((codes(&right), frames(&right)), (vec![], 31));
-    // A pause behind the keys is no contradiction.
+    // A pause after the last key is not a contradiction.
     let longer = read(&with_range(0, 2 * SECOND));
     assert_eq!((codes(&longer), frames(&longer)), (vec![], 61));
     let part = read(&with_range(0, SECOND / 2));
@@ -86,7 +86,7 @@ fn a_range_that_holds_keys_stays_and_keys_outside_of_it_are_told() {
     assert!(hips_at_end(&part).abs_diff_eq(Vec3::new(0.2, 0.9, 0.0), 1e-6));
 }
 
-/// The file states 30 frames per second, and has a key 120 times per second.
+/// The file states 30 frames per second, and has 120 keys per second.
 #[test]
 fn keys_win_over_a_rate_that_would_lose_them() {
     let step = SECOND / 120;
@@ -102,7 +102,7 @@ fn keys_win_over_a_rate_that_would_lose_them() {
     assert_eq!((codes(&given), frames(&given)), (vec![], 3));
 }
 
-/// Converts, and returns the hips of the first frame.
+/// Converts the scene, and returns the position of the hips in the first frame.
 fn hips(mut scene: Scene, conversion: &Conversion) -> (Vec3, Vec<Code>) {
     conversion.apply(&mut scene).unwrap();
     let hips = scene.nodes.iter().position(|node| node.name == "Hips").unwrap();
@@ -122,7 +122,7 @@ fn a_true_statement_changes_nothing_and_a_false_one_is_asked_about() {
         (&y_up, new().metres_per_unit(0.01), standing, vec![]),
         (&y_up, new().up(UpAxis::Y), standing, vec![]),
         (&z_up, new().metres_per_unit(0.01).up(UpAxis::Z), standing, vec![]),
-        // The number of the file is 90, along +Y or along +Z.
+        // The file states a hip height of 90, along +Y or along +Z.
         (
             &y_up,
             new().metres_per_unit(1.0),
@@ -140,7 +140,7 @@ fn a_true_statement_changes_nothing_and_a_false_one_is_asked_about() {
     }
 }
 
-/// Another format that states both: centimetres, +Z up.
+/// Another format that states both values: centimetres and +Z up.
 #[test]
 fn usd_takes_statements_likewise() {
     let plain = |conversion: Conversion| {

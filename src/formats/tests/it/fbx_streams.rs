@@ -1,24 +1,25 @@
-//! The zlib streams of written FBX files, as an inflate that shares nothing with the encoder follows them.
+//! The zlib streams of written FBX files, decoded by an inflate that shares nothing with the encoder.
 //!
-//! ufbx before 0.21, and with it the importer built into Blender 5.0, reads the code lengths of literals and of
-//! distances as two lists. The format has one, and lets a run of equal lengths go on from the first into the second.
+//! ufbx before 0.21, and with it the built-in importer of Blender 5.0, reads the code lengths of literals and of
+//! distances as two lists. The format has one list, in which a run of equal lengths may continue from the literals to
+//! the distances.
 
 use std::fs;
 
 use crate::fbx_out::fixtures;
 use mocap::fbx::FbxOptions;
 
-/// The bits of a stream, from the lowest of each byte.
+/// The bits of a stream, beginning with the lowest bit of each byte.
 struct Bits<'a> {
     bytes: &'a [u8],
     next: usize,
 }
 
-/// A Huffman code: the symbols of each length, from one bit on.
+/// A Huffman code: the symbols of each length, beginning with one bit.
 struct Code([Vec<usize>; 15]);
 
 impl Code {
-    /// Of the number of bits of each symbol; 0 for one that is not used.
+    /// `lengths` has the number of bits of each symbol; 0 for an unused symbol.
     fn of(lengths: &[u8]) -> Self {
         let of_length =
             |length: usize| (0..lengths.len()).filter(move |&symbol| usize::from(lengths[symbol]) == length);
@@ -47,7 +48,7 @@ impl Bits<'_> {
         (0..count).map(|index| self.bit() << index).sum()
     }
 
-    /// RFC 1951, 3.2.2: codes of one length follow each other in the order of their symbols.
+    /// RFC 1951, 3.2.2: codes of one length are consecutive, in the order of their symbols.
     fn symbol(&mut self, Code(symbols): &Code) -> usize {
         let (mut code, mut first) = (0, 0);
         for symbols in symbols {
@@ -62,7 +63,7 @@ impl Bits<'_> {
     }
 }
 
-/// What of a zlib stream an inflate of ufbx before 0.21 refuses; the number of its blocks where there is nothing.
+/// The reason why an inflate of ufbx before 0.21 refuses a zlib stream, otherwise the number of its blocks.
 fn refused(stream: &[u8]) -> Result<usize, String> {
     let mut bits = Bits {
         bytes: &stream[2..],
@@ -137,7 +138,7 @@ fn pass_block(bits: &mut Bits<'_>, literals: &Code, distances: &Code) {
     }
 }
 
-/// The compressed arrays of the element at a byte of a binary file, and where the next one is.
+/// The compressed arrays of the element at a byte of a binary file, and the position of the next element.
 fn streams<'a>(file: &'a [u8], mut at: usize, found: &mut Vec<&'a [u8]>) -> usize {
     let int = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
     let long = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;

@@ -1,6 +1,6 @@
-//! The scenes of this crate against those of Assimp 5.2.5, number by number and line by line.
+//! The scenes of this crate, compared with the scenes of Assimp 5.2.5, number by number and line by line.
 //!
-//! Every difference must be explained by a row of [`explained::EXPLAINED`], and every row must explain one.
+//! A row of [`explained::EXPLAINED`] must explain every difference, and every row must explain a difference.
 
 mod compare;
 mod explained;
@@ -24,7 +24,7 @@ fn raw(file: &str) -> Scene {
         .unwrap()
 }
 
-/// The scene after the steps that the course asks for.
+/// The scene after the processing steps that the course requires.
 fn processed(file: &str) -> Scene {
     let mut scene = raw(file);
     scene.find_degenerates();
@@ -42,7 +42,7 @@ fn ours(file: &str, flags: Flags) -> Scene {
     }
 }
 
-/// The largest coordinate of the mesh that Assimp makes first, whose rounding its normals inherit.
+/// The largest coordinate of the mesh that Assimp makes first. The rounding of this mesh also appears in the normals.
 fn reach(file: &str) -> f64 {
     let vertices = raw(file).meshes.remove(0).vertices;
     f64::from(

@@ -1,4 +1,4 @@
-//! Formats that a build leaves out.
+//! Tests the errors for formats that a build omits.
 
 use std::path::Path;
 

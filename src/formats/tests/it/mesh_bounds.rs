@@ -1,4 +1,4 @@
-//! Bounds of meshes.
+//! Tests how the mesh files of a robot are found, and the extents of their meshes.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Surfaces of meshes.
+//! Tests the triangles of mesh files.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn a_triangle_is_the_same_in_every_format() {
             Some(&expected[..]),
             "{name}"
         );
-        // Cut short it is nothing, and nothing panics.
+        // A truncated file gives no mesh and no panic.
         for end in 0..bytes.len() {
             let _ = corners(&bytes[..end], Path::new(name));
         }

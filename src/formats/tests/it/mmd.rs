@@ -1,4 +1,4 @@
-//! MikuMikuDance: a motion on its model as another program poses it, onto generic proportions, broken files.
+//! MikuMikuDance: a motion on its model as another program poses it, a motion on generic proportions, and broken files.
 
 mod bezier;
 mod generic;
@@ -17,8 +17,8 @@ use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 const MOTION: &str = "../../fixtures/made/dancer.vmd";
 const MODEL: &str = "../../fixtures/made/dancer.pmx";
 
-/// Where bones are at frames, in units of the model, as babylon-mmd 1.3 poses them: `tools/mmd/judge.py --expected`.
-/// At 55 the IK of the left leg is off.
+/// The positions of bones in some frames, in units of the model, from babylon-mmd 1.3: `tools/mmd/judge.py --expected`.
+/// At frame 55, the IK of the left leg is off.
 #[rustfmt::skip]
 const POSITIONS: &[(usize, &str, [f32; 3])] = &[
     (0, "頭", [0.0684, 17.2000, 0.0121]),
@@ -103,7 +103,7 @@ fn a_motion_on_its_model_is_as_another_program_poses_it() {
     for (frame, name, position) in POSITIONS {
         let pose = Pose::at_tick(&scene, 0, *frame as f64).unwrap();
         let ours = pose.node_to_world[node(&scene, name)].w_axis.truncate();
-        // Loops of IK end a little apart in single precision.
+        // In single precision, loops of IK end slightly apart.
         assert!(
             ours.distance(Vec3::from(*position)) < 0.003,
             "{name} at {frame}: {ours}"
@@ -179,14 +179,14 @@ fn a_model_alone_is_a_skeleton_that_states_its_bones() {
         .map(|node| &*node.name)
         .collect();
     assert_eq!(names, ["まばたき", "あ", "にやり"]);
-    // Left-handed in the file, and facing -Z.
+    // The file is left-handed, and the model faces -Z.
     let pose = Pose::rest(&scene);
     let at = |name: &str| pose.node_to_world[node(&scene, name)].w_axis.truncate();
     assert!(at("左手首").x > 1.0 && at("左つま先").z > 1.0);
     assert_eq!(scene.metadata.metres_per_unit, Some(0.08));
 }
 
-/// Without a model the bones that nearly all models have are there, the legs reach their goals, and a body of 1.7 m
+/// Without a model, the scene has the bones of nearly all models. The legs reach their goals, and a body of 1.7 m
 /// stands on the ground.
 #[test]
 fn a_motion_without_a_model_is_read_onto_generic_proportions() {
@@ -220,7 +220,7 @@ fn a_motion_without_a_model_is_read_onto_generic_proportions() {
     );
 }
 
-/// Of several models beside a motion the one counts that the motion names.
+/// If several models are next to a motion, the reader takes the model that the motion names.
 #[test]
 fn of_several_models_the_named_one_is_taken() {
     let folder = tempfile::tempdir().unwrap();
@@ -266,7 +266,7 @@ fn files_that_are_cut_or_state_too_much_are_errors() {
         let code = code_of(&model[..length], "a.pmx").unwrap_err();
         assert_eq!(code, Code::UnexpectedEnd, "{length}");
     }
-    // 4 billion keys, and a last frame after four years.
+    // The file states 4 billion keys, and a last frame after four years.
     let mut many = motion.clone();
     many[50..54].fill(0xFF);
     assert_eq!(code_of(&many, "a.vmd").unwrap_err(), Code::UnexpectedEnd);
@@ -280,11 +280,11 @@ fn files_that_are_cut_or_state_too_much_are_errors() {
     assert_eq!(code_of(&older, "a.pmd").unwrap_err(), Code::UnreadableFormat);
 }
 
-/// Keys that are no numbers are left out and said.
+/// Keys with values that are not finite are dropped and reported.
 #[test]
 fn keys_that_are_no_numbers_are_left_out() {
     let mut bytes = fs::read(MOTION).unwrap();
-    // The position of the second key of the centre, and the rotation of the third.
+    // The position of the second key of the centre, and the rotation of the third key.
     let key = |index: usize| 54 + 111 * index;
     bytes[key(1) + 19..key(1) + 23].copy_from_slice(&f32::NAN.to_le_bytes());
     bytes[key(2) + 31..key(2) + 47].fill(0);
@@ -299,7 +299,7 @@ fn keys_that_are_no_numbers_are_left_out() {
     assert!(scene.validate().is_empty());
 }
 
-/// What follows the last table is no part of the motion, and is said.
+/// Bytes after the last table do not belong to the motion, and are reported.
 #[test]
 fn bytes_behind_the_last_table_are_said() {
     let whole = fs::read(MOTION).unwrap();
@@ -335,12 +335,12 @@ fn positions(scene: &Scene, frame: f64) -> Vec<(String, Vec3)> {
         .collect()
 }
 
-/// What the model adds by itself, inherited rotations and IK, is not written twice.
+/// Effects of the model itself, such as inherited rotations and IK, are not written into the motion.
 #[test]
 fn a_motion_on_its_model_comes_back() {
     let mut scene = Importer::new().import(MOTION).unwrap();
     let (bytes, said) = written(&scene);
-    // The motion of a camera is not read.
+    // The motion of the camera is not read.
     let camera = DataLoss::new(DataKind::Cameras, 1);
     assert_eq!((said.warnings.len(), &said.losses[..]), (1, &[camera][..]));
     let again = Importer::new().skeleton(MODEL).read(&bytes, "again.vmd").unwrap();
@@ -359,7 +359,7 @@ fn a_motion_on_its_model_comes_back() {
             .collect::<Vec<_>>()
     };
     assert_eq!(faces(&again), faces(&scene));
-    // In metres the file is the same but for roundings.
+    // After a conversion to metres, the file is equal except for rounding.
     Conversion::new().apply(&mut scene).unwrap();
     let (metres, said) = written(&scene);
     assert!(
@@ -373,7 +373,7 @@ fn a_motion_on_its_model_comes_back() {
     }
 }
 
-/// A VMD keeps 15 bytes of a name: of two bones that have these in common one is written, and the other is told.
+/// A VMD stores 15 bytes of a name. If two bones share these bytes, one bone is written and the other is reported.
 #[test]
 fn bones_that_a_cut_name_cannot_tell_apart_are_told() {
     let mut scene = Importer::new().import(MOTION).unwrap();
@@ -394,7 +394,7 @@ fn bones_that_a_cut_name_cannot_tell_apart_are_told() {
     );
 }
 
-/// The largest angle between limbs of two scenes, in degrees.
+/// The largest angle between the limbs of two scenes, in degrees.
 fn limbs_apart(ours: &Scene, theirs: &Scene, frames: &[f64]) -> f32 {
     use HumanoidBone as B;
     const LIMBS: [(B, B); 8] = [
@@ -426,7 +426,8 @@ fn limbs_apart(ours: &Scene, theirs: &Scene, frames: &[f64]) -> f32 {
     apart.fold(0.0, f32::max)
 }
 
-/// On a model of our proportions limbs point where those of the source do, and the feet stand as high.
+/// On a model of our proportions, the limbs have the directions of the source's limbs, and the feet have the heights of
+/// the source's feet.
 #[test]
 fn any_humanoid_is_written_for_the_usual_bones() {
     let mut walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
@@ -444,7 +445,7 @@ fn any_humanoid_is_written_for_the_usual_bones() {
             .unwrap()
             .contains("retarget INPUT MODEL.pmx")
     );
-    // Of 120 frames a second.
+    // The source has 120 frames per second.
     assert!(
         said.losses.contains(&DataLoss::new(DataKind::FrameRates, 1)),
         "{:?}",
@@ -471,15 +472,16 @@ fn any_humanoid_is_written_for_the_usual_bones() {
         lowest(&again),
         lowest(&humanoid)
     );
-    // A VMD alone does not tell where joints are.
+    // A VMD alone does not contain the positions of joints.
     let error = mocap::verify::report::Verification::of(&walk, &bytes).unwrap_err();
     assert_eq!(error.code(), Code::Unrepresentable);
-    // An arm is no humanoid.
+    // An arm is not a humanoid.
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     assert!(Exporter::new().write(&arm, Format::Vmd).is_err());
 }
 
-/// Retargeted onto a model, the motion is written for it: the centre moves and its hips do not, as models ask.
+/// A motion that is retargeted to a model is written for this model. The centre moves and the hips do not, as models
+/// require.
 #[test]
 fn a_motion_is_retargeted_onto_a_model_and_written_for_it() {
     let mut walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
@@ -492,7 +494,7 @@ fn a_motion_is_retargeted_onto_a_model_and_written_for_it() {
     assert!(said.warnings.is_empty(), "{:?}", said.warnings);
     let again = Importer::new().skeleton(MODEL).read(&bytes, "walk.vmd").unwrap();
     let apart = limbs_apart(&again, &scene, &[0.0, 1.0, 2.0, 3.0]);
-    // The bone that twists the arm turns about its axis alone, which is 1.1 degrees off the arm in this model.
+    // The twist bone of the arm only rotates about its own axis, which is 1.1 degrees off the arm in this model.
     assert!(apart < 0.5, "{apart}");
     let moves = |name: &str| {
         let index = node(&again, name);
@@ -506,7 +508,7 @@ fn a_motion_is_retargeted_onto_a_model_and_written_for_it() {
     assert!(moves("センター") && !moves("下半身"));
 }
 
-/// A motion of these bones: each turns by a half turn of X in a second.
+/// A motion of these bones. Each rotates by half a turn about X in a second.
 fn motion_of(bones: &[&str]) -> Vec<u8> {
     let mut bytes = [b"Vocaloid Motion Data 0002".as_slice(), &[0; 5], b"walker", &[0; 14]].concat();
     bytes.extend((2 * bones.len() as u32).to_le_bytes());
@@ -525,7 +527,7 @@ fn motion_of(bones: &[&str]) -> Vec<u8> {
     bytes
 }
 
-/// A figure that stands still is not the motion.
+/// The reader refuses such a motion, instead of returning a figure that stands still.
 #[test]
 fn a_motion_of_bones_that_the_model_lacks_is_refused() {
     for bones in [&["Hips", "Spine", "L_Arm"][..], &["J_Bip_C_Hips"]] {
@@ -534,7 +536,7 @@ fn a_motion_of_bones_that_the_model_lacks_is_refused() {
         let message = error.to_string();
         assert!(message.contains(bones[0]) && message.contains("MODEL.pmx"), "{message}");
     }
-    // Where one bone is known the others are warned of.
+    // If the model has one of the bones, the missing bones give a warning.
     let mut one = motion_of(&["Hips", "Spine"]);
     let head = b"\x93\xaa"; // 頭 in Shift-JIS
     for key in 0..2 {

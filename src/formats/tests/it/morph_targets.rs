@@ -1,4 +1,4 @@
-//! Morph targets: what is read of them, and that steps move them as they move vertices.
+//! Morph targets: how they are read, and that steps change them like vertices.
 
 use mocap::glam::Vec3;
 use mocap::scene::{Mesh, UpAxis};
@@ -9,7 +9,7 @@ fn character() -> Scene {
     importer.import("../../fixtures/characters/human_vrm0.vrm").unwrap()
 }
 
-/// The scene with its targets at weight 1 and part of its vertices, as a modeller bakes them.
+/// The scene with its targets at weight 1 added to its vertices, as a modelling program bakes them.
 fn baked(mut scene: Scene) -> Scene {
     for mesh in &mut scene.meshes {
         for target in std::mem::take(&mut mesh.morph_targets) {
@@ -44,7 +44,7 @@ fn steps_move_targets_as_vertices() {
         assert_eq!(with_targets.validate(), [], "{name}");
         let moved = baked(with_targets);
         if name == "join_identical_vertices" {
-            // It leaves alone what has targets.
+            // The function does not change meshes with targets.
             assert_eq!(moved.meshes.len(), character().meshes.len());
             continue;
         }
@@ -71,7 +71,7 @@ fn targets_are_read_where_they_are_asked_for() {
 
 #[test]
 fn a_broken_target_leaves_the_mesh() {
-    // A triangle on one node, whose target names an accessor that the file lacks, or one of bytes.
+    // A triangle on one node. Its target names a missing accessor, or an accessor of bytes.
     let numbers: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, f32::NAN, 0.0, 0.0]
         .iter()
         .flat_map(|number| number.to_le_bytes())
@@ -110,7 +110,7 @@ fn a_broken_target_leaves_the_mesh() {
     }
 }
 
-/// A triangle with the targets "up" and "down", whose weights an animation moves: at 0, 0.1 and 0.2 s these.
+/// A triangle with the targets "up" and "down". An animation has these weights at 0, 0.1 and 0.2 s.
 fn moving(weights: &[f32], interpolation: &str) -> Scene {
     let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let numbers: Vec<u8> = corners
@@ -140,7 +140,7 @@ fn moving(weights: &[f32], interpolation: &str) -> Scene {
     importer.read(file.as_bytes(), "triangle.gltf").unwrap()
 }
 
-/// The weights of both targets at a second of the first animation.
+/// The weights of both targets at a time, in seconds, of the first animation.
 fn weights_at(scene: &Scene, seconds: f64) -> [f32; 2] {
     let tick = seconds * scene.animations[0].ticks_per_second;
     let targets = &scene.meshes[0].morph_targets;
@@ -160,7 +160,7 @@ fn the_motion_of_targets_is_read() {
     for (seconds, expected) in [(0.0, [0.0, 1.0]), (0.05, [0.25, 0.5]), (0.2, [1.0, 0.25])] {
         near(weights_at(&scene, seconds), expected);
     }
-    // The second animation moves neither.
+    // The second animation moves no target.
     let targets = &scene.meshes[0].morph_targets;
     assert!(targets.iter().all(|target| target.weight_keys[1].is_empty()));
     scene.resample(40.0, &mocap::Limits::default()).unwrap();
@@ -176,14 +176,14 @@ fn the_motion_of_targets_is_read() {
     let stepped = moving(&[0.0, 1.0, 0.5, 0.0, 1.0, 0.25], "STEP");
     near(weights_at(&stepped, 0.09), [0.0, 1.0]);
     near(weights_at(&stepped, 0.1), [0.5, 0.0]);
-    // Tangents of 0: halfway a curve is halfway.
+    // With tangents of 0, a curve has half of its change after half of the time between two keys.
     let mut tangents = Vec::new();
     for pair in [[0.0, 1.0], [0.5, 0.0], [1.0, 0.25]] {
         tangents.extend([0.0, 0.0, pair[0], pair[1], 0.0, 0.0]);
     }
     let curved = moving(&tangents, "CUBICSPLINE");
     near(weights_at(&curved, 0.05), [0.25, 0.5]);
-    // 0.5 * (3 t^2 - 2 t^3) at a quarter of the way.
+    // 0.5 * (3 t^2 - 2 t^3) at t = 1/4.
     near(weights_at(&curved, 0.025), [0.078_125, 1.0 - 0.156_25]);
 }
 
@@ -247,7 +247,7 @@ Connections:  {
             }
         }
     }
-    // The file is in centimetres, and the shape is at half of its weight. Vertex 1 is in both halves.
+    // The file is in centimetres, and the shape has half of its weight. Vertex 1 is in both halves.
     found.sort_by(|a, b| a.partial_cmp(b).unwrap());
     let expected = [
         [1.0, 0.0, 0.05, 0.0, 0.0, 0.1],

@@ -1,4 +1,4 @@
-//! Tables of Motive, worked out by hand, and formats that are not read.
+//! Tables of Motive with values computed by hand, and formats that are not read.
 
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::UpAxis;
@@ -18,7 +18,7 @@ Frame,Time (Seconds),X,Y,Z,X,Y,Z
 2,0.016667,12,170,20,12,100,20
 ";
 
-/// As Motive 3 writes it: with the words of the rows, parents, a rigid body in angles, its expected markers and errors.
+/// A table as Motive 3 writes it: row titles, parents, a rigid body in angles, and its expected markers and errors.
 const BODIES: &str = "\
 Format Version,1.25,Export Frame Rate,100,Rotation Type,ZXY,Length Units,Meters,Coordinate Space,Global
 
@@ -60,7 +60,7 @@ fn markers_of_motive_have_their_unit_rate_and_gaps() {
     assert_eq!(hip.values, [Vec3::new(10.0, 100.0, 20.0), Vec3::new(12.0, 100.0, 20.0)]);
     let codes: Vec<_> = scene.warnings.iter().map(|warning| warning.code).collect();
     assert_eq!(codes, [Code::Gap]);
-    // With a mark of the byte order and line ends of Windows; and cut off.
+    // The file has a byte order mark and Windows line ends, or is truncated.
     let windows = format!("\u{feff}{}", MARKERS.replace('\n', "\r\n"));
     assert_eq!(read(&windows).animations, scene.animations);
     let cut = read(MARKERS.rsplit_once("2,0.01").unwrap().0);
@@ -71,11 +71,11 @@ fn markers_of_motive_have_their_unit_rate_and_gaps() {
 #[test]
 fn rigid_bodies_turn_about_the_axes_of_the_header() {
     let scene = read(BODIES);
-    // The expected marker is left out where it was seen.
+    // The expected marker is omitted in frames in which the marker was seen.
     assert_eq!(names(&scene), ["Wand", "Wand:1"]);
     let [wand, marker] = [0, 1].map(|channel| &scene.animations[0].channels[channel]);
     assert_eq!(marker.position_keys.values[0], Vec3::splat(5.0));
-    // About Z, then the X and the Y that have turned with it.
+    // The rotation is about Z, then about the rotated X, then about the rotated Y.
     let expected = Quat::from_rotation_z(30_f32.to_radians())
         * Quat::from_rotation_x(10_f32.to_radians())
         * Quat::from_rotation_y(20_f32.to_radians());
@@ -86,7 +86,7 @@ fn rigid_bodies_turn_about_the_axes_of_the_header() {
             .abs_diff_eq(Vec3::X, 1e-6)
     );
     assert_eq!(wand.position_keys.values[1], Vec3::new(1.0, 2.0, 4.0));
-    // Columns of a quaternion may stand in any order.
+    // The columns of a quaternion may be in any order.
     let quaternion = BODIES
         .replace("Rotation Type,ZXY", "Rotation Type,Quaternion")
         .replace(
@@ -148,7 +148,7 @@ fn formats_that_are_not_read_say_what_to_export() {
             "export BVH, TRC or C3D from Cortex",
         ),
     ] {
-        // By the contents, and by the name.
+        // The format is detected by the contents, and by the name.
         for (name, contents) in [("motion", contents), (name, "?")] {
             let error = Importer::new().read(contents.as_bytes(), name).unwrap_err();
             assert_eq!(error.code(), Code::UnreadableFormat, "{error}");

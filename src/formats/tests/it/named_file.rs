@@ -1,4 +1,4 @@
-//! Paths of files that a file names.
+//! Paths of files to which a file refers.
 
 use std::path::PathBuf;
 

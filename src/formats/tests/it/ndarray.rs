@@ -1,4 +1,4 @@
-//! Arrays of numbers.
+//! Tests the reading of arrays of numbers.
 
 use mocap::Code;
 use mocap_formats::internals::arrays::{Bytes, Kind, NdArray, half};
@@ -18,7 +18,7 @@ fn halves_are_those_of_the_standard() {
     assert!(half(0x7e00).is_nan() && half(0xfc00) == f64::NEG_INFINITY);
 }
 
-/// A view into a larger storage, as PyTorch has them, and Fortran's order.
+/// A view into a larger storage, as in PyTorch, and an array in Fortran order.
 #[test]
 fn strides_are_followed() {
     let bytes: Vec<u8> = (0..6).collect();

@@ -1,4 +1,4 @@
-//! Options of written files.
+//! Tests that every option of writing belongs to a format.
 
 use mocap::{FormatInfo, WriteOption};
 

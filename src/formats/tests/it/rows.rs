@@ -1,10 +1,10 @@
-//! The table of formats.
+//! Tests the table of formats.
 
 use mocap::scene::report::DataKind;
 use mocap::{Carriage, Format, FormatInfo};
 use mocap_formats::internals::states_unit;
 
-/// A build without a feature has a row with the error that names the feature.
+/// If a build lacks a feature, the row of the format has an error that names the feature.
 #[test]
 fn every_format_has_a_row() {
     for format in Format::ALL {
@@ -13,7 +13,7 @@ fn every_format_has_a_row() {
     }
 }
 
-/// The writers know the formats without a unit of length by themselves.
+/// The writers state which formats have no unit of length.
 #[test]
 fn the_formats_without_a_unit_are_known() {
     for row in FormatInfo::ALL {

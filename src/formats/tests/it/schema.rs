@@ -1,12 +1,12 @@
-//! The JSON of scenes against the schema that describes it.
+//! The JSON of scenes, compared with its schema.
 
 use mocap::Importer;
 use mocap::dump::SceneView;
 use mocap::process::SkeletonMesh;
 use serde_json::{Map, Value, json};
 
-/// A JSON Schema, as far as ours goes: a keyword beyond that is an error. The libraries for all of it take longer to
-/// compile than everything else here together.
+/// A JSON Schema with the keywords that our schema uses. Any other keyword is an error. Libraries for the full standard
+/// take longer to compile than everything else here.
 struct Schema(Value);
 
 impl Schema {

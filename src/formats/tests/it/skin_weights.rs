@@ -1,11 +1,11 @@
-//! Vertices that more than four bones move, in glTF.
+//! Vertices in glTF that more than four bones move.
 
 use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::GltfOptions;
 use mocap::scene::{Bone, Mesh, Node, NodeId, NodeKind, VertexWeight};
 use mocap::{Importer, Pose, Scene};
 
-/// Where a vertex of the first mesh is.
+/// The position of a vertex of the first mesh.
 fn vertex(scene: &Scene, pose: &Pose, vertex: u32) -> Vec3 {
     let mesh = &scene.meshes[0];
     let moved = mesh.bones.iter().flat_map(|bone| {
@@ -37,7 +37,7 @@ fn sets(scene: &Scene) -> usize {
     all.len()
 }
 
-/// Six bones move by (1, 0, 0), (2, 1, 0), ... and the like; the sum is worked out beside the file.
+/// Six bones move by (1, 0, 0), (2, 1, 0) and so on. The script next to the file computes the sum.
 #[test]
 fn six_bones_move_a_vertex_of_a_written_file() {
     let scene = mocap::import("../../fixtures/made/six_influences.fbx").unwrap();
@@ -50,7 +50,7 @@ fn six_bones_move_a_vertex_of_a_written_file() {
     }
 }
 
-/// Nine bones, in three sets, with weights of 1/45, 2/45, ... that each put the vertex elsewhere.
+/// Nine bones in three sets, with weights of 1/45, 2/45 and so on. Each bone moves the vertex by another amount.
 #[test]
 fn nine_bones_take_three_sets() {
     let mut scene = Scene::default();
@@ -91,11 +91,11 @@ fn nine_bones_take_three_sets() {
     assert_eq!(sets(&scene), 3);
     let again = through_glb(&scene);
     let found = vertex(&again, &Pose::rest(&again), 0);
-    // The sum of squares of 1 to 9 over 45.
+    // The sum of the squares of 1 to 9, divided by 45.
     assert!(found.abs_diff_eq(Vec3::X * (285.0 / 45.0), 1e-3), "{found}");
 }
 
-/// A scene blends matrices, and says so of a file that blends dual quaternions.
+/// A scene blends matrices, and warns about a file that blends dual quaternions.
 #[test]
 fn dual_quaternions_that_become_linear_are_told() {
     let linear = crate::fbx::textured("", "");

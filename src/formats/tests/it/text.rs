@@ -1,4 +1,4 @@
-//! The text cursor.
+//! Tests the cursor that reads text files.
 
 mod number;
 

@@ -1,4 +1,4 @@
-//! TRC: dialects worked out by hand, errors with their place, and what is written, read by plain splitting of lines.
+//! TRC: dialects computed by hand, errors with their location, and written files, read by splitting lines.
 
 use glam::Vec3;
 use mocap::{Code, Conversion, Exporter, Format, Importer, Scene};
@@ -29,7 +29,7 @@ fn markers_gaps_names_with_blanks_and_the_unit() {
         (scene.nodes[1].name.as_str(), scene.nodes[2].name.as_str()),
         ("R.ASIS", "V Sacral")
     );
-    // 0, 0, 0 is "not seen".
+    // 0, 0, 0 means that the marker is hidden.
     assert_eq!(keys(0).values, [Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.5, 2.0, 3.0)]);
     assert_eq!(
         (&keys(1).values[1], &keys(1).ticks),
@@ -58,7 +58,7 @@ fn blanks_as_separators_no_line_of_axes_and_the_rate_of_the_times() {
 fn blanks_among_tabs_in_the_header_are_read() {
     let row = "1\t0\t1\t2\t3\t4\t5\t6\n";
     let plain = read(&format!("{HEADER}{row}")).unwrap();
-    // As a file of OpenSim has it; and as an editor leaves it that makes blanks of some tabs.
+    // A file as OpenSim writes it, and the same file after an editor replaced some tabs by blanks.
     for (from, to) in [
         ("PathFileType\t", "PathFileType  "),
         ("\tNumMarkers\t", "  NumMarkers "),
@@ -91,14 +91,14 @@ fn errors_name_their_place() {
     let warned = read(&row("1\t0\t1e30\t2\t3\t4\t5\t6")).unwrap();
     let codes: Vec<_> = warned.warnings.iter().map(|warning| warning.code).collect();
     assert_eq!(codes, [Code::NonFiniteValue, Code::MissingFrames, Code::Gap]);
-    // Cut anywhere, it is an error or a scene.
+    // A file that is truncated anywhere is an error or a scene.
     let whole = row("1\t0\t1\t2\t3\t4\t5\t6");
     for end in 0..whole.len() {
         let _ = read(&whole[..end]);
     }
 }
 
-/// Columns without names, as real files have them.
+/// Columns without names, as in real files.
 #[test]
 fn columns_without_names_are_markers_or_are_said() {
     let names = |scene: &Scene| {
@@ -119,7 +119,7 @@ fn columns_without_names_are_markers_or_are_said() {
             .map(|one| (one.code, one.count))
             .collect::<Vec<_>>()
     };
-    // A whole triple, trailing tabs, and what is no triple.
+    // A complete triple, trailing tabs, and an incomplete triple.
     let triple = read(&row("\t7\t8\t9")).unwrap();
     assert_eq!(names(&triple), ["R.ASIS", "V Sacral", "Unnamed_3"]);
     assert_eq!(
@@ -132,12 +132,12 @@ fn columns_without_names_are_markers_or_are_said() {
     let one = read(&row("\t7")).unwrap();
     assert_eq!((names(&one).len(), codes(&one)), (2, vec![(Code::TrailingText, 3)]));
     assert_eq!(one.animations[0].channels[1].position_keys.values[2].z, 7.0);
-    // A triple in the third frame alone, and four numbers.
+    // A triple only in the third frame, and four numbers.
     let late = read(&row("").replacen("5\t7\n", "5\t7\t7\t8\t9\n", 1)).unwrap();
     assert_eq!(late.animations[0].channels[2].position_keys.len(), 1);
     let four = read(&row("\t7\t8\t9\t1")).unwrap();
     assert_eq!((names(&four).len(), codes(&four).len()), (3, 2));
-    // A name is missing between two: each name stands above its own columns.
+    // A name is missing between two names. Each name is above its own columns.
     let between = HEADER.replace("R.ASIS\t\t\tV Sacral", "R.ASIS\t\t\t\t\t\tV Sacral");
     let scene = read(&format!("{between}1\t0\t1\t2\t3\t4\t5\t6\t7\t8\t9\n")).unwrap();
     assert_eq!(names(&scene), ["R.ASIS", "Unnamed_2", "V Sacral"]);
@@ -145,7 +145,7 @@ fn columns_without_names_are_markers_or_are_said() {
         scene.animations[0].channels[2].position_keys.values[0],
         Vec3::new(7.0, 8.0, 9.0)
     );
-    // Names one behind the other.
+    // The names follow each other without gaps.
     let dense = HEADER.replace("R.ASIS\t\t\tV Sacral\t\t", "R.ASIS\tV Sacral");
     let scene = read(&format!("{dense}1\t0\t1\t2\t3\t4\t5\t6\n")).unwrap();
     assert_eq!(
@@ -159,7 +159,7 @@ fn written(scene: &Scene) -> String {
     String::from_utf8(bytes.unwrap()).unwrap()
 }
 
-/// A marker that is seen at one place is not seen in other frames, whichever these are.
+/// A marker that is always seen at the same position keeps its gaps, whichever frames they are.
 #[test]
 fn a_marker_at_one_place_keeps_its_gaps() {
     let importer = Importer::new();
@@ -175,7 +175,7 @@ fn a_marker_at_one_place_keeps_its_gaps() {
         let text = written(&scene);
         let found: Vec<usize> = (0..3).filter(|frame| !rows_of(&text)[*frame][5].is_empty()).collect();
         assert_eq!(found, seen);
-        // Of a part that begins at the second frame.
+        // A part that begins at the second frame.
         scene.trim(1.0, 2.0);
         let text = written(&scene);
         let found: Vec<usize> = (0..2).filter(|frame| !rows_of(&text)[*frame][5].is_empty()).collect();
@@ -188,7 +188,7 @@ fn rows_of(text: &str) -> Vec<Vec<&str>> {
     rows(text).split_off(6)
 }
 
-/// The cells of a written file, by splitting lines and tabs.
+/// The cells of a written file, split at line ends and tabs.
 fn rows(text: &str) -> Vec<Vec<&str>> {
     text.lines().map(|line| line.split('\t').collect()).collect()
 }
@@ -233,7 +233,7 @@ fn markers_of_c3d_are_written_with_their_gaps() {
     assert!(gaps > 0);
 }
 
-/// A limit of the reader holds whatever the header claims.
+/// The reader's limit applies, whatever the header claims.
 #[test]
 fn counts_are_claims() {
     let claim = HEADER.replace("\t3\t2\tmm", "\t4000000000\t4000000000\tmm");

@@ -1,5 +1,5 @@
-//! USD: positions as `usd-core` computes them of a file that it wrote, what is written, read by plain splitting, and
-//! refusals. `tools/usd` has Pixar's library read what is written.
+//! USD: positions that `usd-core` computes from a file that it wrote, written files read by splitting, and refusals. In
+//! `tools/usd`, Pixar's library reads written files.
 
 mod animation;
 mod archive;
@@ -18,8 +18,8 @@ fn read(text: &str) -> mocap::Result<Scene> {
     Importer::new().read(text.as_bytes(), "take.usda")
 }
 
-/// World positions in metres with +Z up, by `usd-core` 26.11: what `tools/usd/fixture.py` prints, and the tick of each
-/// time code. Code 107 is between two keys.
+/// World positions in metres with +Z up, by `usd-core` 26.11, as `tools/usd/fixture.py` prints them, with the tick of
+/// each time code. Code 107 is between two keys.
 const EXPECTED: [(f64, [[f32; 3]; 4]); 5] = [
     (
         0.0,
@@ -88,7 +88,7 @@ fn joints_are_where_pixars_library_has_them() {
     }
 }
 
-/// The text after `name = ` up to the end of its line.
+/// The text after `name = `, up to the end of its line.
 fn line<'a>(text: &'a str, name: &str) -> &'a str {
     let (_, rest) = text
         .split_once(&format!("{name} = "))
@@ -119,7 +119,7 @@ fn names_times_units_and_clips_as_they_are_written() {
         "{joints}"
     );
     assert!(line(&text, "jointNames").starts_with("[\"左 \\\"hip\\\"\", \"mixamorig:Leg\", "));
-    // Both clips, and the skeleton follows the first.
+    // The file has both clips, and the skeleton follows the first.
     assert!(text.contains("def SkelAnimation \"walk_1\" (\n        displayName = \"walk 1\"\n"));
     assert!(text.contains("def SkelAnimation \"Walk\"\n"));
     assert_eq!(line(&text, "skel:animationSource"), "</Character/walk_1>");
@@ -228,7 +228,7 @@ fn refusals_say_what_to_do() {
     refused(deep.as_bytes(), Code::LimitExceeded, "prims within each other");
 }
 
-/// The numbers are those of a fuzzer: a time code of 1e20 made a BVH without end.
+/// The numbers come from a fuzzer: a time code of 1e20 made a BVH without end.
 #[test]
 fn a_time_that_makes_a_take_too_long_is_refused_where_it_stands() {
     let arm = fs::read_to_string(ARM).unwrap();
@@ -261,7 +261,7 @@ fn a_time_that_makes_a_take_too_long_is_refused_where_it_stands() {
         assert_eq!(error.code() == Code::LimitExceeded, is_number, "{error}");
         assert_eq!(error.diagnostic().help.is_some(), is_number, "{error}");
     }
-    // Five hours are long and possible.
+    // Five hours are long, but allowed.
     assert!(read(&arm.replacen(last_key, "900000: [(0.8660254", 1)).is_ok());
     // A motion of this program states its duration.
     let scene = read(&arm).unwrap();
@@ -304,7 +304,7 @@ fn prefixes_and_changed_bytes_give_an_error_or_a_valid_scene() {
     }
 }
 
-/// As Pixar's library writes them: `\\x` and two hexadecimal digits.
+/// Pixar's library writes `\\x` and two hexadecimal digits.
 #[test]
 fn control_characters_of_names_are_kept() {
     let name = "a\u{8}bc\u{1}7\"\\\n";
@@ -323,7 +323,7 @@ fn control_characters_of_names_are_kept() {
     assert_eq!(Importer::new().read(&bytes, "a.usda").unwrap().nodes[0].name, name);
 }
 
-/// A joint that the file marks as an end site and moves was lost where end sites have no channels, as in FBX.
+/// A moving joint that the file marks as an end site was lost in formats without channels of end sites, such as FBX.
 #[test]
 fn what_moves_or_carries_a_joint_is_no_end_site() {
     let scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -339,7 +339,7 @@ fn what_moves_or_carries_a_joint_is_no_end_site() {
     assert_eq!(kinds(&read(&marked).unwrap()), kinds(&scene));
 }
 
-/// A step has a key just before the next frame, which is no key of that frame.
+/// A step has a key just before the next frame. This key does not belong to that frame.
 #[test]
 fn a_key_just_before_a_frame_stays_there() {
     let mut scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();

@@ -1,4 +1,4 @@
-//! VRM animations: what is in the files, that they move as their sources do, and that they are read.
+//! VRM animations: the contents of the files, their motion compared with the sources, and reading.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use serde_json::Value;
 use crate::characters::{character, motion};
 use crate::sample::Sample;
 
-/// Bones whose directions are compared, each with its end.
+/// Bones whose directions are compared, each with the bone at its end.
 const LIMBS: [(Bone, Bone); 8] = [
     (Bone::LeftUpperArm, Bone::LeftLowerArm),
     (Bone::LeftLowerArm, Bone::LeftHand),
@@ -50,7 +50,7 @@ fn read(bytes: &[u8]) -> Scene {
     Importer::new().read(bytes, "a.vrma").unwrap()
 }
 
-/// The sources, each with the rotation about the up axis that makes it face +Z at rest, in degrees.
+/// The sources, each with the rotation about the up axis, in degrees, after which it faces +Z at rest.
 fn sources() -> Vec<(String, Scene, f32)> {
     let mut sources: Vec<_> = [
         "real/cmu_12_01_walk.bvh",
@@ -73,7 +73,7 @@ fn sources() -> Vec<(String, Scene, f32)> {
     sources
 }
 
-/// Whether all nodes are without a rotation, as in the T-pose of a VRM animation.
+/// Whether no node has a rotation, as in the T-pose of a VRM animation.
 fn no_node_is_turned(json: &serde_json::Value) -> bool {
     let nodes = json["nodes"].as_array().unwrap();
     nodes.iter().all(|node| node["rotation"].is_null())
@@ -93,7 +93,7 @@ fn the_file_is_what_the_specification_demands() {
             assert!(node(bone.as_str()).is_some(), "{file}: {}", bone.as_str());
         }
         assert!(node("leftEye").is_none() && node("rightEye").is_none(), "{file}");
-        // The T-pose: no rotations, arms sideways, legs down, hips over the ground.
+        // The T-pose has no rotations. Its arms point sideways, its legs down, and the hips are above the ground.
         for node in json["nodes"].as_array().unwrap() {
             assert!(node["rotation"].is_null() && node["scale"].is_null(), "{file}: {node}");
         }
@@ -116,7 +116,7 @@ fn the_file_is_what_the_specification_demands() {
             hips.x == 0.0 && hips.z == 0.0 && foot.y > -0.02 && foot.y < 0.25 * hips.y,
             "{file}: {hips} {foot}"
         );
-        // Rotations, and the way of the hips.
+        // The channels are rotations, and the path of the hips.
         for animation in json["animations"].as_array().unwrap() {
             for channel in animation["channels"].as_array().unwrap() {
                 let target = &channel["target"];
@@ -130,7 +130,7 @@ fn the_file_is_what_the_specification_demands() {
     }
 }
 
-/// Computed from the two scenes alone: where limbs point, and how each bone has turned since the first frame.
+/// The test uses only the two scenes: the directions of limbs, and the rotation of each bone since the first frame.
 #[test]
 fn the_motion_is_that_of_the_source() {
     for (file, scene, heading) in sources() {
@@ -200,7 +200,7 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
     );
 
     let (json, bin) = parts(&bytes);
-    // A rotation that is another one.
+    // `verify` finds a changed rotation.
     let mut changed = bytes.clone();
     let channels = json["animations"][0]["channels"].as_array().unwrap();
     let rotation = channels
@@ -214,7 +214,7 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
     let last = at + 16 * (accessor["count"].as_u64().unwrap() as usize - 1);
     changed[last..last + 16].copy_from_slice(&[0.6_f32, 0.0, 0.0, 0.8].map(f32::to_le_bytes).concat());
     assert!(!Verification::of(&source, &changed).unwrap().is_within(1e-3));
-    // A path that is raised.
+    // `verify` finds a raised path.
     let mut lifted = json.clone();
     let steps = lifted["asset"]["extras"]["mocap"]["steps"].as_array_mut().unwrap();
     steps.last_mut().unwrap()["lift"] = 0.1.into();
@@ -223,7 +223,7 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
             .unwrap()
             .is_within(1e-3)
     );
-    // A bone that is not stated.
+    // `verify` finds that the file does not state a bone.
     let mut lacking = json;
     let bones = &mut lacking["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"];
     bones.as_object_mut().unwrap().remove("leftHand");
@@ -234,7 +234,7 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
     assert!(found[0].message.contains("leftHand"), "{}", found[0]);
 }
 
-/// The rest pose in the first frame, and the jump after it, stay where they are at another rate.
+/// At another rate, the rest pose in the first frame and the jump after it keep their times.
 #[test]
 fn another_rate_keeps_the_frames_around_a_cut() {
     let source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
@@ -266,7 +266,7 @@ fn compression_keeps_its_bound_and_the_t_pose() {
     assert!(no_node_is_turned(&json));
 }
 
-/// What does not move in a motion may still be turned from the T-pose.
+/// A bone that does not move may still have another rotation than in the T-pose.
 #[test]
 fn a_pose_that_is_held_stays_in_the_motion() {
     let mut scene = motion("real/cmu_12_01_walk.bvh");
@@ -307,7 +307,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
     assert_eq!(refused(&unconverted, &VrmaOptions::default()).code(), Code::UnknownUnit);
 }
 
-/// Feet below the origin, as where the hips are it, would be below the ground of every player.
+/// If the origin is at the hips, the feet are below the origin, and would be below the ground of every player.
 #[test]
 fn a_motion_below_the_origin_is_raised_to_the_ground() {
     let scene = motion("real/cmu_12_01_walk.bvh");
@@ -336,7 +336,7 @@ fn a_vrm_animation_states_its_bones() {
     assert_eq!(thigh.confidence, Confidence::Sure);
     assert_eq!(thigh.reason, "the file states the bones");
 
-    // Names say nothing, and the contents tell the format.
+    // Names have no meaning, and the contents determine the format.
     let (mut json, _) = parts(&written(&motion("real/cmu_12_01_walk.bvh")));
     for (index, node) in json["nodes"].as_array_mut().unwrap().iter_mut().enumerate() {
         node["name"] = format!("n{index}").into();
@@ -360,7 +360,7 @@ fn a_vrm_animation_states_its_bones() {
     assert!(error.to_string().contains("no node is the bone hips"), "{error}");
 }
 
-/// The way over a VRM animation is the way without: the character moves the same.
+/// A character moves equally by the source and by its VRM animation.
 #[test]
 fn a_character_moves_by_the_animation_as_by_its_source() {
     let sources = sources().into_iter().filter(|(_, _, heading)| *heading == 0.0);
@@ -388,8 +388,8 @@ fn a_character_moves_by_the_animation_as_by_its_source() {
     }
 }
 
-/// It is glTF with joints, so it becomes what glTF becomes.
-/// VRM requires feet, and this file lacks one: it is made between the shin and the toes, which stay where they are.
+/// A VRM animation is glTF with joints, so it is converted like glTF. VRM requires feet, and this file lacks one. The
+/// reader adds it between the shin and the toes, which keep their positions.
 #[test]
 fn toes_without_a_foot_stay_where_they_are() {
     let whole = written(&motion("real/cmu_12_01_walk.bvh"));
@@ -413,7 +413,7 @@ fn an_animation_becomes_bvh_and_glb() {
         scene.nodes[1].transform,
         Mat4::from_translation(scene.nodes[1].transform.w_axis.truncate())
     );
-    // And again a VRM animation, the same.
+    // The scene is written as a VRM animation again, and does not change.
     let again = read(&written(&scene));
     for (a, b) in scene.nodes.iter().zip(&again.nodes) {
         assert!(
@@ -424,7 +424,7 @@ fn an_animation_becomes_bvh_and_glb() {
     }
 }
 
-/// Whatever the bytes are, there is an error or a valid scene.
+/// Any bytes give an error or a valid scene.
 #[test]
 fn damaged_files_are_errors_or_valid_scenes() {
     let mut scene = motion("real/cmu_short.bvh");

@@ -13,10 +13,10 @@ use mocap::vrma::VrmaOptions;
 use mocap::{Code, Importer, Scene};
 use serde_json::{Value, json};
 
-/// Its last key, in seconds: that of a motion of 75 frames at 120 a second.
+/// The time of the motion's last key in seconds. The motion has 75 frames at 120 frames per second.
 const END: f64 = 74.0 / 120.0;
 
-/// Weights at the start, a fourth, the half and the end, as the script that made the file put them there.
+/// Weights at the start, at a quarter, at half and at the end, as the script that made the file wrote them.
 const WEIGHTS: [(&str, [f32; 4]); 6] = [
     ("blink", [0.0, 1.0, 0.0, 0.0]),
     ("happy", [0.0, 0.25, 0.5, 1.0]),
@@ -26,7 +26,7 @@ const WEIGHTS: [(&str, [f32; 4]); 6] = [
     ("sad", [0.5; 4]),
 ];
 
-/// Yaw and pitch of the gaze in degrees, at the same times.
+/// Yaw and pitch of the gaze in degrees, at the times of [`WEIGHTS`].
 const GAZE: [[f32; 2]; 4] = [[0.0, 0.0], [20.0, 0.0], [-30.0, 10.0], [0.0, -10.0]];
 
 fn fixture() -> Scene {
@@ -50,7 +50,7 @@ fn node(scene: &Scene, name: &str) -> usize {
     found.unwrap_or_else(|| panic!("no node is {name}"))
 }
 
-/// The translation and the rotation of a part of the face after a part of the first motion.
+/// The translation and the rotation of a part of the face, at a fraction of the first motion.
 fn at(scene: &Scene, name: &str, share: f64) -> (Vec3, Quat) {
     let index = node(scene, name);
     let motion = &scene.animations[0];
@@ -100,7 +100,7 @@ fn a_face_is_read_and_written_again() {
         offset_from_head: Some(Vec3::new(0.0, 0.0625, 0.0))
     }));
     assert!(faces(&again).contains(&Face::Custom("wink".to_owned())));
-    // A node of the face stands beside the body, as a root.
+    // A node of the face is a root beside the body.
     let file: Value = serde_json::from_slice(&gltf::Glb::from_slice(&bytes).unwrap().json).unwrap();
     let extension = &file["extensions"]["VRMC_vrm_animation"];
     assert_eq!(extension["expressions"]["preset"].as_object().unwrap().len(), 5);
@@ -152,7 +152,7 @@ fn steps_take_the_face_along() {
     let mut scene = fixture();
     let before = scene.clone();
     apply_steps(&mut scene, &[Mirror::new().into()], &[], None).unwrap();
-    // There was no right eye to exchange it with.
+    // The face has no right eye to exchange.
     assert_eq!(at(&scene, "blinkRight", 1.0).0.x, 1.0);
     assert_eq!(at(&scene, "happy", 0.5).0, at(&before, "happy", 0.5).0);
     let (yaw, pitch, _) = at(&scene, "lookAt", 0.5).1.to_euler(EulerRot::YXZ);
@@ -191,7 +191,7 @@ fn verify_sees_what_a_face_lacks_and_what_is_another() {
     assert!((exchanged.max_error - 1.0).abs() < 0.01, "{}", exchanged.max_error);
 }
 
-/// The values of a channel of the last animation of a `.glb`, which are 32-bit floats.
+/// The values of a channel of the last animation of a `.glb`, as 32-bit floats.
 fn values(bytes: &[u8], node: &str, path: &str) -> Vec<f32> {
     let glb = gltf::Glb::from_slice(bytes).unwrap();
     let file: Value = serde_json::from_slice(&glb.json).unwrap();
@@ -228,7 +228,7 @@ fn retargeted(output: &str) -> mocap::Export {
         .written
 }
 
-/// The character moves one morph target for `aa` and one for `blink`.
+/// The character has one morph target for `aa` and one for `blink`.
 #[test]
 fn a_character_moves_the_morph_targets_of_its_expressions() {
     let written = retargeted("hero.vrm");
@@ -237,11 +237,11 @@ fn a_character_moves_the_morph_targets_of_its_expressions() {
         notes.contains("expressions that the character lacks, dropped: happy, "),
         "{notes}"
     );
-    // Each expression that it lacks is a curve that is lost.
+    // Each expression that the character lacks is a lost curve.
     assert_eq!(written.losses, [DataLoss::new(DataKind::FaceCurves, 4)]);
     let bytes = written.into_bytes().unwrap();
     let weights = values(&bytes, "Body", "weights");
-    // The first frame is a rest pose, and left out: what follows begins a frame later.
+    // The first frame is a rest pose and is dropped, so all events are one frame earlier.
     let (first, last) = (1.0 / (0.25 * 74.0), [0.0, 1.0, 1.0, 0.0, 0.5, 0.0]);
     assert!(
         (weights[0] - (1.0 - first)).abs() < 1e-3 && (weights[1] - first).abs() < 1e-3,
@@ -261,12 +261,12 @@ fn a_format_without_expressions_says_so_and_a_vrm_animation_keeps_them() {
     assert_eq!(at(&scene, "happy", 1.0).0.x, 1.0);
 }
 
-/// FBX and USD have the weights that the character's own file has.
+/// FBX and USD have the weights of the character's own file.
 #[test]
 fn expressions_are_curves_of_morph_targets_in_formats_without_expressions() {
     let hero = retargeted("hero.vrm").into_bytes().unwrap();
     let weights = values(&hero, "Body", "weights");
-    // Of the mesh, in the order of its file.
+    // The names of the mesh's targets, in the order of the file.
     let names = ["mouth_open", "blink"];
     let read = |bytes: &[u8], name: &str| Importer::new().morph_targets(true).read(bytes, name).unwrap();
     for name in ["hero.fbx", "hero.usda"] {
@@ -283,7 +283,8 @@ fn expressions_are_curves_of_morph_targets_in_formats_without_expressions() {
         );
         let bytes = written.files.last().unwrap().bytes().into_owned();
         let scene = read(&bytes, name);
-        // FBX is sampled at frames: a key between two of them is half a frame beside, where a weight takes 18.5 for 1.
+        // FBX is sampled at frames. A key between two frames is up to half a frame away, and a weight takes 18.5 frames
+        // for 1.
         let beside = if name.ends_with("fbx") { 0.5 / 18.5 + 1e-3 } else { 1e-3 };
         let mut seen = 0;
         for target in scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets) {
@@ -307,7 +308,7 @@ fn expressions_are_curves_of_morph_targets_in_formats_without_expressions() {
     }
 }
 
-/// The character of VRM 0 faces -Z, so that its left is -X; its eyes turn by 10 degrees for 90 of the gaze.
+/// The character of VRM 0 faces -Z, so its left is -X. Its eyes rotate by 10 degrees for 90 degrees of the gaze.
 #[test]
 fn the_eyes_of_a_character_turn_with_the_gaze() {
     let bytes = retargeted("hero.vrm").into_bytes().unwrap();
@@ -327,7 +328,7 @@ fn the_eyes_of_a_character_turn_with_the_gaze() {
         above * now * own.inverse() * above.inverse() * Vec3::NEG_Z
     };
     let sine = |degrees: f32| degrees.to_radians().sin();
-    // To the left by 20 degrees; then to the right by 30 and down by 10.
+    // The gaze goes to the left by 20 degrees, then to the right by 30 and down by 10.
     let (left, right) = (looks(1), looks(2));
     assert!(
         (left.x + sine(20.0 / 9.0)).abs() < 1e-4 && left.y.abs() < 1e-4,
@@ -339,7 +340,7 @@ fn the_eyes_of_a_character_turn_with_the_gaze() {
     );
 }
 
-/// What JavaScript and Python do: a scene of the motion on the character, which goes into the character's file.
+/// As in JavaScript and Python: a scene of the motion on the character is written into the character's file.
 #[test]
 fn the_scene_of_a_motion_on_a_character_keeps_the_face() {
     let character = Importer::new()

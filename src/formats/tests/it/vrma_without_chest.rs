@@ -1,4 +1,4 @@
-//! VRM animations on characters that lack bones which VRM does not require.
+//! VRM animations on characters without some bones that VRM does not require.
 
 use mocap::Exporter;
 use mocap::figure::HumanoidBone;
@@ -6,8 +6,8 @@ use mocap::scene::report::{DataKind, DataLoss};
 
 use crate::characters::motion;
 
-/// Chest and upper chest are bones that a character may lack: what a player without them loses is said, as the
-/// rotations in the written file give it.
+/// A character may lack the chest and the upper chest. The report states the loss of a player without these bones, as
+/// computed from the rotations of the written file.
 #[test]
 fn the_loss_on_a_character_without_a_chest_is_said() {
     let mut scene = mocap::import("../../fixtures/real/rokoko_dance.bvh").unwrap();
@@ -39,7 +39,7 @@ fn the_loss_on_a_character_without_a_chest_is_said() {
     );
 }
 
-/// A VRM animation has rotations alone: joints whose positions move are said.
+/// A VRM animation stores rotations only, so joints with changing positions are reported.
 #[test]
 fn joints_that_move_are_said() {
     let mut source = motion("real/perception_neuron_moving_positions.bvh");

@@ -130,7 +130,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// A file name between `@` and `@`, or between `@@@` and `@@@`, in which it may contain an `@`.
+    /// A file name between `@` and `@`, or between `@@@` and `@@@`. A name between `@@@` may contain an `@`.
     pub(super) fn asset(&mut self) -> Result<String, Failure> {
         let rest = &self.cursor.text()[self.cursor.offset()..];
         let Some(name) = rest.strip_prefix(b"@@@") else {

@@ -14,7 +14,7 @@ pub(super) struct Placement<'l> {
 }
 
 impl<'l> Placement<'l> {
-    /// The known operations. A warning lists the others.
+    /// The known operations. A warning lists the unknown operations.
     pub(super) fn of(layer: &'l Layer<'_>, skeleton: usize, warnings: &mut Warnings) -> Self {
         let mut prims = Vec::new();
         let mut next = Some(skeleton);
@@ -24,7 +24,7 @@ impl<'l> Placement<'l> {
             let mut own = Vec::new();
             for name in prim.texts("xformOpOrder") {
                 if name == "!resetXformStack!" {
-                    // The ancestors do not move this prim.
+                    // This operation resets the transform, so the ancestors do not move the prim.
                     next = None;
                     continue;
                 }
@@ -71,7 +71,7 @@ impl<'l> Placement<'l> {
         Ok(times)
     }
 
-    /// The transform at a time code, or the first one.
+    /// The transform at a time code. Without a time, the first transform.
     pub(super) fn at(&self, time: Option<f64>) -> Result<Mat4, Failure> {
         let matrices = self.operations.iter().filter_map(|(name, attribute)| {
             let numbers = value_at(attribute, time)?;

@@ -19,13 +19,13 @@ use crate::{Failure, ReadOptions};
 /// Time codes per second if the layer states none: USD's default.
 const DEFAULT_RATE: f64 = 24.0;
 
-/// The largest difference between a tick and a whole one that count as equal, because time codes are rounded.
+/// The largest difference between a tick and a whole tick that count as equal, because time codes are rounded.
 const WHOLE: f64 = 1e-9;
 
 /// The weights of an animation by the names of blend shapes.
 pub(super) type Weights = HashMap<String, Keys<f32>>;
 
-/// The animations of the skeleton or of the blend shapes of meshes, the bound one first.
+/// The animations of the skeleton or of the blend shapes of meshes. The animation that is bound comes first.
 pub(super) fn read(
     layer: &Layer<'_>,
     skeleton: &Skeleton,
@@ -58,7 +58,7 @@ pub(super) fn read(
         let animation = times.with_path(skeleton, Animation::default());
         found.push((true, animation, Weights::new()));
     }
-    // A stable sort: the others keep the order of the file.
+    // The sort is stable, so the other animations keep the order of the file.
     found.sort_by_key(|(is_other, ..)| *is_other);
     let found = found.into_iter().map(|(_, animation, weights)| (animation, weights));
     Ok(found.unzip())
@@ -89,13 +89,14 @@ fn attribute_value<'a>(prim: &'a Prim, name: &str) -> Option<&'a Value> {
     prim.attributes.get(name)?.value.as_ref()
 }
 
-/// The ticks of an attribute, and its numbers at each, N for every joint.
+/// The ticks of an attribute, and at each tick N numbers for every joint.
 type Track<const N: usize> = (Vec<f64>, Vec<Vec<[f32; N]>>);
 
 /// Converts time codes to ticks.
 struct Times {
-    /// Ticks per time code, and the time code of the first tick.
+    /// Ticks per time code.
     ticks: f64,
+    /// The time code of the first tick.
     start: f64,
     /// Ticks per second.
     rate: f64,
@@ -187,7 +188,7 @@ impl Times {
         let mut channels = Vec::new();
         let mut free = skeleton.joints.clone();
         for (column, joint) in joints.iter().enumerate() {
-            // Removed, because a second channel of a joint has no meaning.
+            // The joint is no longer free, because a second channel of a joint has no meaning.
             let Some(node) = free.remove(joint) else {
                 warnings.tally(Code::IgnoredChannel, || {
                     let message = "an animation has a joint that the skeleton lacks, or has a joint twice";
@@ -229,8 +230,8 @@ impl Times {
         Ok(Some(self.with_path(skeleton, animation)))
     }
 
-    /// The weights of blend shapes. Weights that do not match their names are skipped with a warning, because they
-    /// belong to meshes, and the skeleton moves without them.
+    /// The weights of blend shapes. If the weights do not match the names, the weights are skipped with a warning: the
+    /// skeleton moves without the weights.
     fn weights(&self, layer: &Layer<'_>, index: usize, warnings: &mut Warnings) -> Weights {
         let prim = &layer.prims[index];
         let names = prim.texts("blendShapes");
@@ -291,7 +292,7 @@ impl Times {
         animation
     }
 
-    /// The ticks of an attribute, and its numbers at each, N for every joint.
+    /// The ticks of an attribute, and at each tick N numbers for every joint.
     fn track<const N: usize>(
         &self,
         attribute: Option<&Attribute>,

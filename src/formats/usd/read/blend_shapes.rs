@@ -22,7 +22,7 @@ pub(super) struct Shapes<'a> {
     weights: &'a [Weights],
     /// The prims of shapes that were read.
     read: HashSet<usize>,
-    /// The remaining number of shape values. A point may be many vertices.
+    /// The remaining number of shape values. One point may become many vertices.
     left: u64,
     /// The number of targets that exceeded the budget.
     left_out: usize,
@@ -79,7 +79,7 @@ impl<'a> Shapes<'a> {
         left.is_some()
     }
 
-    /// A target with the weights of a name.
+    /// A target with the weights that the animations state for a name.
     fn weighed(&self, mut target: MorphTarget, name: &str) -> MorphTarget {
         if target.name.is_empty() {
             name.clone_into(&mut target.name);
@@ -150,7 +150,7 @@ impl<'a> Shapes<'a> {
     }
 }
 
-/// The offsets of a shape for points; `None` if its numbers do not match them.
+/// The offsets of a shape for points; `None` if its numbers do not match the points.
 fn target(prim: &Prim, points: &[Vec3]) -> Option<MorphTarget> {
     let vectors = |name: &str| -> Option<Vec<Vec3>> {
         let (vectors, rest) = prim.numbers(name).as_chunks::<3>();
@@ -163,7 +163,7 @@ fn target(prim: &Prim, points: &[Vec3]) -> Option<MorphTarget> {
     let (offsets, normals) = (vectors("offsets")?, vectors("normalOffsets")?);
     let stated = prim.numbers("pointIndices");
     let ids: Vec<u32> = match stated.is_empty() {
-        // One offset for each point.
+        // Without indices, the shape has one offset for each point.
         true => (0..offsets.len() as u32).collect(),
         false => stated.iter().map(|id| *id as u32).collect(),
     };

@@ -11,7 +11,7 @@ use crate::usd::parse::Prim;
 /// The faces with one material: the index of its prim, and the indices of the faces.
 type Part = (Option<usize>, Vec<usize>);
 
-/// The faces of a mesh by material: the faces of each subset, and the others.
+/// The faces of a mesh by material: the faces of each subset, and the faces without a subset.
 pub(super) fn parts(index: &Index<'_>, mesh: usize, faces: &Faces) -> Vec<Part> {
     let mut is_free = vec![true; faces.faces.len()];
     let mut parts: Vec<Part> = Vec::new();
@@ -58,7 +58,7 @@ impl Faces {
     pub(super) fn of(prim: &Prim) -> Result<Self, &'static str> {
         let (points, _) = prim.numbers("points").as_chunks::<3>();
         if !points.iter().flatten().all(|number| is_plausible(*number)) {
-            return Err("a point of it is not finite, or too large to compute with");
+            return Err("a point is not finite, or too large to compute with");
         }
         let points = points.iter().map(|point| Vec3::from(point.map(|number| number as f32)));
         let points: Vec<Vec3> = points.collect();
@@ -74,7 +74,7 @@ impl Faces {
         for count in prim.numbers("faceVertexCounts") {
             let end = whole(*count).and_then(|count| begin.checked_add(count));
             let Some(end) = end.filter(|end| *end <= corners.len()) else {
-                return Err("its faces have more corners than exist");
+                return Err("its faces need more corners than faceVertexIndices has");
             };
             faces.push((begin, end - begin));
             begin = end;
@@ -102,8 +102,8 @@ impl Faces {
         })
     }
 
-    /// The corners of the triangles of faces, each once, and three indices for each triangle. A whole mesh with one
-    /// normal and one texture coordinate per point keeps its points, in their order.
+    /// The corners of the triangles of faces without duplicates, and three indices of corners for each triangle. A
+    /// whole mesh with one normal and one texture coordinate per point keeps its points, in their order.
     pub(super) fn corners(
         &self,
         faces: &[usize],
@@ -148,7 +148,7 @@ fn whole(number: f64) -> Option<usize> {
     Some(number as usize).filter(|index| *index as f64 == number)
 }
 
-/// The elements to which values belong.
+/// The kind of elements to which the values of an attribute belong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
     Point,
@@ -167,7 +167,7 @@ pub(super) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// `None` if there are fewer values than elements.
+    /// The values of the attribute `name`; `None` if there are fewer values than elements.
     pub(super) fn of(prim: &'a Prim, name: &str, columns: usize, faces: &Faces) -> Option<Self> {
         let attribute = prim.attributes.get(name)?;
         let numbers = prim.numbers(name);
@@ -180,7 +180,7 @@ impl<'a> Numbers<'a> {
             Some("uniform") => Place::Face,
             Some("faceVarying") => Place::Corner,
             Some(_) => Place::Point,
-            // The number of values determines the element.
+            // The number of values determines the kind of element.
             None if count == faces.corners.len() && count != faces.points.len() => Place::Corner,
             None => Place::Point,
         };
@@ -232,7 +232,7 @@ impl<'a> Normals<'a> {
             for triangle in (0..faces.faces.len()).flat_map(|face| faces.triangles(face)) {
                 let points = triangle.map(|corner| faces.corners[corner] as usize);
                 let [a, b, c] = points.map(|point| faces.points[point]);
-                // Its length is twice the area, so that large faces weigh more.
+                // The length of the normal is twice the area, so that large faces weigh more.
                 let normal = (b - a).cross(c - a);
                 points.into_iter().for_each(|point| computed[point] += normal);
             }

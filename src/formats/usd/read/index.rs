@@ -16,7 +16,7 @@ pub(super) struct Index<'l> {
     pub(super) skeletons: Vec<Option<Option<usize>>>,
     /// The material that each prim, or its nearest ancestor, states.
     pub(super) materials: Vec<Option<Option<usize>>>,
-    /// For each prim, the nearest one that states an order of joints: the prim itself or an ancestor.
+    /// For each prim, the nearest prim that states an order of joints: the prim itself or an ancestor.
     pub(super) orders: Vec<Option<usize>>,
 }
 
@@ -65,7 +65,7 @@ impl<'l> Index<'l> {
     }
 }
 
-/// The value that each prim states, or inherits from its nearest ancestor with one.
+/// The value that each prim states, or inherits from its nearest ancestor with a value.
 fn inherited<T: Copy>(layer: &Layer<'_>, stated: impl Fn(usize) -> Option<T>) -> Vec<Option<T>> {
     let mut found: Vec<Option<T>> = Vec::with_capacity(layer.prims.len());
     for (index, prim) in layer.prims.iter().enumerate() {

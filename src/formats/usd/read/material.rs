@@ -16,7 +16,7 @@ use crate::usd::parse::{Prim, Value};
 use crate::usd::{SKELETON_MESH, archive, is_archive};
 use crate::warnings::Warnings;
 
-/// The name of the material for meshes without one.
+/// The name of the material for meshes without a material.
 const PLAIN: &str = "MeshMaterial";
 
 /// The material of a mesh.
@@ -37,7 +37,7 @@ pub(super) struct Materials<'a> {
     known: HashMap<Key, usize>,
     /// Materials, each with the name of its texture coordinates.
     read: Vec<(Material, Option<String>)>,
-    /// The files of the archive, if the source is one.
+    /// The files of the archive, if the source is an archive.
     archive: Option<HashMap<&'a [u8], archive::Entry<'a>>>,
     /// The index of each texture by file path; `None` if it cannot be read.
     images: HashMap<PathBuf, Option<usize>>,
@@ -60,7 +60,8 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The index of the material for a mesh, from the index of its prim. Without a material, the index of a plain one.
+    /// The index of the material for a mesh, from the index of its prim. Without a material, the index of a plain
+    /// material.
     pub(super) fn index_of(&mut self, material: Option<usize>, mesh: &Prim) -> usize {
         let index = self.index;
         let prims = &index.layer.prims;
@@ -216,16 +217,16 @@ impl<'a> Materials<'a> {
         };
         let name = path.to_string_lossy().replace('\\', "/");
         let bytes = archive.get(name.as_bytes())?.bytes().ok()?;
-        // Entries of a broken archive may share bytes, so that a small file would give many textures.
+        // Entries of a broken archive may share bytes, so a small file could give many textures.
         let read: usize = self.textures.iter().map(|texture| texture.bytes.len()).sum();
         (read + bytes.len() <= self.source.bytes.len()).then(|| bytes.to_vec())
     }
 
-    /// Adds the materials and textures to the scene, and counts the others.
+    /// Adds the materials and textures to the scene, and counts the textures that were not read.
     pub(super) fn give(self, scene: &mut Scene, warnings: &mut Warnings) {
         for name in &self.unread {
             let message = format!("the texture \"{name}\" is missing, or is not PNG, JPEG or WebP");
-            let help = "put it at the stated path, or export a .usdz";
+            let help = "put the texture at the stated path, or export a .usdz";
             warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message).help(help));
         }
         let prims = || self.index.layer.prims.iter();

@@ -22,7 +22,7 @@ use crate::usd::parse::Prim;
 use crate::warnings::Warnings;
 use crate::{ReadOptions, Source};
 
-/// The joints of each point.
+/// The attribute with the joints of each point.
 const INDICES: &str = "primvars:skel:jointIndices";
 
 /// The largest number of joints that may move all vertices of a mesh in the same way. One joint moves a rigid mesh.
@@ -31,7 +31,7 @@ const MOST_FOR_ALL: usize = 8;
 /// Names of texture coordinates if a material states none, the most usual first.
 const USUAL_COORDS: [&str; 4] = ["st", "UVMap", "map1", "uv"];
 
-/// Adds the meshes with consistent numbers. Others are skipped with a warning, and counted.
+/// Adds the meshes with consistent numbers. Other meshes are skipped with a warning, and counted.
 pub(super) fn add(
     index: &Index<'_>,
     skeleton: &Skeleton,
@@ -63,7 +63,7 @@ pub(super) fn add(
                 scene.lose(DataKind::Meshes, 1);
                 scene.lose(DataKind::Skins, usize::from(has_skin));
                 scene.lose(DataKind::UvSets, coords);
-                // Many files have props in addition to the figure. They are only counted.
+                // Many files have props in addition to the figure. Such props are only counted.
                 if has_skin {
                     let message = format!("the mesh \"{}\" was skipped: {reason}", prim.name);
                     warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message));
@@ -82,7 +82,7 @@ pub(super) fn add(
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Meshes,
             choice: "skinned".to_owned(),
-            reason: format!("{left_out} meshes that no joint moves were skipped"),
+            reason: format!("mocap did not read meshes that no joint moves ({left_out})"),
             confidence: None,
         });
     }
@@ -125,7 +125,8 @@ impl<'a> Joints<'a> {
         })
     }
 
-    /// Whether a mesh is bound to this skeleton. A mesh that names no skeleton is, because the file has one skeleton.
+    /// Whether a mesh is bound to this skeleton. A mesh that names no skeleton is bound to this one, because the file
+    /// has one skeleton.
     fn moves(&self, mesh: usize) -> bool {
         let bound = self.index.skeletons[mesh];
         bound.is_none_or(|prim| prim == Some(self.skeleton.prim))
@@ -209,7 +210,7 @@ impl<'a> Joints<'a> {
                 None => Some(joint).filter(|joint| *joint < known),
             }
         };
-        // One list for each point, or one for all.
+        // One list of joints for each point, or one list for all points.
         let is_for_all = match prim.attributes[INDICES].interpolation() {
             Some("constant") => true,
             Some(_) => false,
@@ -265,7 +266,7 @@ impl<'a> Joints<'a> {
     }
 }
 
-/// The name of a mesh's texture coordinates: the one that the material states, or else a usual one, or else any.
+/// The name of a mesh's texture coordinates: the name that the material states, or else a usual name, or else any name.
 fn coords<'a>(prim: &'a Prim, stated: Option<&str>) -> Option<&'a String> {
     let of = |name: &str| prim.attributes.get_key_value(&format!("primvars:{name}"));
     let usual = || USUAL_COORDS.into_iter().find_map(of);

@@ -16,7 +16,7 @@ use crate::{Failure, ReadOptions};
 
 /// The nodes of a skeleton.
 pub(super) struct Skeleton {
-    /// The index of its prim.
+    /// The index of the skeleton's prim.
     pub(super) prim: usize,
     pub(super) nodes: Vec<Node>,
     /// The node of each joint, by path.

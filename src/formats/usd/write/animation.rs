@@ -10,8 +10,8 @@ use super::text;
 use super::{Stage, unrepresentable};
 use crate::usd::{DURATION, RATE};
 
-/// The largest relative difference between a scale and its 16-bit value without a note: the rounding of a decomposed
-/// matrix.
+/// Up to this relative difference between a scale and its 16-bit value, the report has no note. Such differences come
+/// from the rounding of a decomposed matrix.
 const ROUNDING: f32 = 1e-5;
 
 /// A joint that an animation drives.
@@ -55,7 +55,7 @@ impl Stage<'_> {
         let at = |index: usize| {
             let of = |driven: &AnimatedJoint<'_>| driven.channel.rotation_keys.sample(ticks[index]);
             let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.rotation));
-            // The real part comes first.
+            // In USD, the real part of a quaternion comes first.
             all.map(Quat::normalize)
                 .map(|value| [value.w, value.x, value.y, value.z])
                 .collect()
@@ -113,7 +113,7 @@ impl Stage<'_> {
         Ok(driven.collect())
     }
 
-    /// Adds a note if a scale differs from the scene's.
+    /// Adds a note if a scale in the file differs from the scale in the scene.
     fn note_scales(&mut self, animation: &Animation, driven: &[AnimatedJoint<'_>]) {
         let worst = |driven: &AnimatedJoint<'_>| {
             let keys = driven.channel.scaling_keys.values.iter().copied();
@@ -165,7 +165,7 @@ fn check(channel: &Channel) -> Result<()> {
     }
 }
 
-/// The ticks at which any of these has a key, if one of them moves; otherwise the first tick.
+/// The ticks at which any of `keys` has a key, if one of them moves; otherwise the first tick.
 pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
     let moving = keys.filter(|keys| keys.len() > 1);
     let mut ticks: Vec<f64> = moving
@@ -188,7 +188,7 @@ pub fn half_of_scale(scale: f32) -> f32 {
     }
 }
 
-/// The smallest number of a 16-bit float above 0, which is also the step between the smallest ones.
+/// The smallest number of a 16-bit float above 0, which is also the step between the smallest numbers.
 pub const STEP: f32 = 5.960_464_5e-8;
 
 /// The nearest 16-bit float (IEEE 754 binary16), USD's `half`.

@@ -10,10 +10,10 @@ use super::text;
 use super::{ROOT, Stage};
 use crate::texture::file_stem_or;
 
-/// The scope of all materials.
+/// The name of the scope that contains all materials.
 const SCOPE: &str = "Materials";
 
-/// The folder of images in an archive.
+/// The name of the folder of images in an archive.
 const FOLDER: &str = "textures";
 
 /// The identifiers of the used materials with a surface.

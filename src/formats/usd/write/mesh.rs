@@ -80,7 +80,7 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
     Ok(found)
 }
 
-/// Points are not faces.
+/// Whether a mesh is written. A mesh of points has no faces, and is not written.
 pub(super) fn is_written(mesh: &Mesh) -> bool {
     mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty()
 }
@@ -211,7 +211,7 @@ impl Stage<'_> {
     }
 }
 
-/// The metadata of the last attribute.
+/// Appends the metadata of the last attribute.
 fn within(out: &mut text::Text, metadata: &[&str]) {
     out.continue_line(" (");
     metadata.iter().for_each(|line| out.line(&format!("    {line}")));

@@ -6,7 +6,8 @@ use crate::unique_names::UniqueNames;
 pub struct Names(UniqueNames);
 
 impl Names {
-    /// The identifier for a name, or for `instead` if no character remains. It gets a suffix if it is taken.
+    /// The identifier for a name, or for `instead` if no character remains. If the identifier is taken, it gets a
+    /// suffix.
     pub fn unique(&mut self, wanted: &str, instead: &str) -> String {
         self.0.first_free(identifier(wanted, instead), str::to_owned)
     }

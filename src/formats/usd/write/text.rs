@@ -108,7 +108,7 @@ pub(super) fn tuple<const N: usize>(out: &mut String, numbers: [f32; N]) {
     out.push(')');
 }
 
-/// Writes a USD matrix: a column of this matrix is a row there.
+/// Writes a matrix in USD's order: a column of `matrix` is a row in the file.
 pub(super) fn matrix(out: &mut String, matrix: DMat4) {
     let rows = matrix.to_cols_array_2d().map(|row| {
         let numbers = row.map(|number| (number + 0.0).to_string());

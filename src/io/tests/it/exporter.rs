@@ -251,7 +251,7 @@ fn check_names(names: &[&str], exported: &Export) {
     }
 }
 
-/// The bytes and names in memory equal those on the disk.
+/// The bytes and names of an export in memory equal the bytes and names of an export to a disk.
 #[test]
 fn what_is_written_in_memory_is_what_is_exported() {
     let folder = tempfile::tempdir().unwrap();
@@ -327,7 +327,7 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
         assert_eq!(refused(&Exporter::new(), scene), Code::OutputExists, ".{extension}");
         assert_eq!(fs::read(&path).unwrap(), b"somebody's work", ".{extension}");
         Exporter::new().overwrite(true).export(scene, &path).unwrap();
-        // The same file again. If the format states its writer, also another file of mocap.
+        // The same export is written again. If the format states its writer, also another file of mocap.
         Exporter::new().export(scene, &path).unwrap();
         let again = Exporter::new().export(&other, &path);
         assert_eq!(again.is_ok(), row.states_origin || is_of_humanoids, ".{extension}");
@@ -335,7 +335,7 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
         let inputs = Exporter::new().replace(ReplacePolicy::new([&path])).overwrite(true);
         assert_eq!(refused(&inputs, &other), Code::OutputIsInput, ".{extension}");
     }
-    // The rule exists for every format that mocap reads.
+    // The policy knows the extensions of all formats that mocap reads.
     for extension in FormatInfo::ALL.iter().flat_map(|row| row.extensions) {
         assert!(
             ReplacePolicy::is_source(format!("a.{extension}").as_ref()),

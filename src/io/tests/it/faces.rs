@@ -205,7 +205,7 @@ fn curves_of_another_face_are_counted() {
         .apply(&mut arm, &StepInput::new().other(&other))
         .unwrap();
     let warning = arm.warnings.last().unwrap();
-    assert!(warning.message.ends_with("curves dropped: 2"), "{warning}");
+    assert!(warning.message.ends_with("dropped curves: 2"), "{warning}");
     arm.warnings.clear();
     Written::of(&arm, 0).assert_is("concat", &[(0.5, &[0.5]), (1.0, &[1.0]), (1.5, &[0.0])]);
 }

@@ -10,7 +10,8 @@ use mocap_formats::Source;
 use mocap_io::internals::{BEGINNING, BLOCK, LargeFile};
 use sha2::{Digest, Sha256};
 
-/// A text larger than the beginning. `row` writes a row.
+/// A text that is larger than the beginning of a file, which the reader reads first. `row` gives the text of a row by
+/// its index.
 fn take(row: impl Fn(usize) -> String) -> String {
     const ROWS: usize = 120_000;
     let mut text = String::from("HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n}\nMOTION\n");

@@ -246,7 +246,7 @@ fn each_kind_is_in_the_file_or_reported_as_lost() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Another program may add a texture to a mesh, so its coordinates are data.
+/// Another program may add a texture to a mesh, so the texture coordinates of the mesh are data.
 #[test]
 fn texture_coordinates_are_kept_without_a_texture() {
     let mut scene = character();

@@ -16,7 +16,7 @@ fn height_in(bytes: &[u8], row: &FormatInfo) -> (f32, Scene) {
     let name = format!("walk.{}", row.extensions[0]);
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     let mut scene = importer.read(bytes, &name).unwrap();
-    // The reader states the unit.
+    // The reader of a written file states the unit.
     assert!(
         scene.metadata.metres_per_unit.is_some() || row.keeps_units(),
         "{}",

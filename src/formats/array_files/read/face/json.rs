@@ -14,14 +14,15 @@ use crate::{Failure, ReadOptions};
 /// The keys of the list of frames.
 const FRAMES: [&str; 4] = ["frames", "results", "data", "blendshapes"];
 
-/// The keys of the shapes of a frame, without case and underscores.
+/// The keys of the shapes of a frame, in lower case without underscores.
 const SHAPES: [&str; 4] = ["faceblendshapes", "blendshapes", "categories", "shapes"];
 
-/// The keys of the name of a shape, and of its weight, without case and underscores.
+/// The keys of the name of a shape, in lower case without underscores. The second constant has the keys of its weight.
 const NAMES: [&str; 3] = ["categoryname", "displayname", "name"];
 const WEIGHTS: [&str; 3] = ["score", "weight", "value"];
 
-/// The keys of the time of a frame, without case and underscores, and how many of its units are a second.
+/// The keys of the time of a frame, in lower case without underscores. Each has the number of its time units in a
+/// second.
 const TIMES: [(&str, f64); 5] = [
     ("timestampms", 1e3),
     ("timems", 1e3),
@@ -30,13 +31,15 @@ const TIMES: [(&str, f64); 5] = [
     ("timestamp", 1.0),
 ];
 
-/// The frame rate in Hz that is taken where no frame has a time.
+/// The frame rate in Hz if no frame has a time.
 const USUAL_RATE: f64 = 30.0;
 
-/// The time between two frames, in seconds, at or above which times are in milliseconds: no take has a frame a second.
+/// If two frames are at least this number of seconds apart, their times are in milliseconds, because every take has
+/// more than one frame per second.
 const SLOWEST: f64 = 1.0;
 
-/// How far a frame rate may be from a whole number and mean it, as a fraction: timestamps are whole milliseconds.
+/// The largest relative difference between a frame rate and a whole number that counts as rounding: timestamps are
+/// whole milliseconds.
 const NEAR: f64 = 0.02;
 
 pub(in super::super) fn read(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
@@ -99,19 +102,19 @@ pub(in super::super) fn read(bytes: &[u8], options: &ReadOptions, warnings: &mut
     Ok(track.into_scene(warnings))
 }
 
-/// A key without case and underscores.
+/// A key in lower case without underscores.
 fn plain(key: &str) -> String {
     key.replace(['_', '-'], "").to_ascii_lowercase()
 }
 
-/// The value of the first of these keys that an object has.
+/// The value of the first of these keys that the object has.
 fn member<'a>(value: &'a Value, keys: &[&str]) -> Option<&'a Value> {
     let object = value.as_object()?;
     keys.iter()
         .find_map(|wanted| Some(object.iter().find(|(key, _)| plain(key) == *wanted)?.1))
 }
 
-/// The frames of a file; an object without a list of frames is one.
+/// The frames of a file. An object without a list of frames is one frame.
 fn frames(root: &Value) -> Vec<&Value> {
     let list = match root {
         Value::Array(list) => Some(list),
@@ -125,7 +128,7 @@ fn frames(root: &Value) -> Vec<&Value> {
     }
 }
 
-/// Whether a list has the shapes of one face.
+/// Whether a list contains the shapes of one face, not frames or faces.
 fn is_shapes(list: &[Value]) -> bool {
     list.first().is_some_and(|first| category(first).is_some())
 }
@@ -137,7 +140,7 @@ fn category(value: &Value) -> Option<(&str, f32)> {
     weight.is_finite().then_some((name, weight))
 }
 
-/// The weights of the first face of a frame. Counts the frames that have further faces.
+/// The weights of the first face of a frame. If the frame has several faces, adds 1 to `faces`.
 fn weights(frame: &Value, faces: &mut usize) -> BTreeMap<&'static str, f32> {
     let known = |(name, weight): (&str, f32)| Some((face_shape(name)?, weight));
     match frame {
@@ -162,7 +165,7 @@ fn weights(frame: &Value, faces: &mut usize) -> BTreeMap<&'static str, f32> {
     }
 }
 
-/// The time of a frame in seconds, as its key says.
+/// The time of a frame in seconds, by the unit of its key.
 fn time(frame: &Value) -> Option<f64> {
     TIMES.into_iter().find_map(|(key, a_second)| {
         let time = member(frame, &[key])?.as_f64()?;
@@ -170,7 +173,7 @@ fn time(frame: &Value) -> Option<f64> {
     })
 }
 
-/// The ticks of the frames, their rate, and what of it the file does not state.
+/// The ticks of the frames, their rate, and an assumption if the file states no times.
 fn ticks(
     found: &[(f64, Option<f64>, BTreeMap<&'static str, f32>)],
     warnings: &mut Warnings,

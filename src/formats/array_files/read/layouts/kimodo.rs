@@ -1,5 +1,6 @@
 //! Kimodo: `posed_joints` (frames, joints, 3) in metres, +Y up, and `global_rot_mats` or `local_rot_mats` (frames,
-//! joints, 3, 3), which are the identity in the T-pose. Joint offsets follow from both.
+//! joints, 3, 3), which are the identity in the T-pose. mocap computes the joint offsets from the positions and the
+//! rotations.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -76,7 +77,7 @@ pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     Ok(motion)
 }
 
-/// The rotations of row-major matrices: joint, then frame.
+/// The rotations of row-major matrices: for each joint, a list with one rotation per frame.
 fn rotations(matrices: &[f64], joints: usize) -> Vec<Vec<DQuat>> {
     let mut tracks = vec![Vec::new(); joints];
     for row in matrices.chunks_exact(9 * joints) {
@@ -97,8 +98,8 @@ fn local(joints: &[Joint], global: &[Vec<DQuat>], joint: usize) -> Vec<DQuat> {
     }
 }
 
-/// The joint positions in the T-pose: each is the median over the frames, relative to its parent. The ground is at the
-/// lowest joint.
+/// The joint positions in the T-pose. The position of a joint relative to its parent is the median over the frames. The
+/// ground is at the lowest joint.
 fn rest(joints: &[Joint], global: &[Vec<DQuat>], frames: usize, at: &dyn Fn(usize, usize) -> DVec3) -> Vec<Vec3> {
     let step = (frames / SAMPLES).max(1);
     let mut rest: Vec<Vec3> = Vec::with_capacity(joints.len());

@@ -1,9 +1,10 @@
-//! SAM 3D Body: `pred_joint_coords`, (127, 3) for a frame or (frames, 127, 3), in metres, `pred_global_rots` (.., 3, 3)
-//! and `pred_cam_t` (.., 3), of the Momentum Human Rig.
+//! The output of SAM 3D Body, which has the joints of the Momentum Human Rig. `pred_joint_coords` has the shape (127,
+//! 3) for one frame, or (frames, 127, 3), in metres. `pred_global_rots` (.., 3, 3) has the rotations of the joints.
+//! `pred_cam_t` (.., 3) has the position of the body relative to the camera.
 //!
 //! Positions are in camera axes: +X right, +Y down, +Z forward. Rotations are in axes with +Y up. The skeleton has the
-//! median lengths of the take. In some files the rotations of one hand do not match its joint positions. That hand's
-//! rotations are computed from its positions.
+//! median lengths of the take. In some files the rotations of one hand do not match its joint positions. mocap then
+//! computes the rotations of this hand from its joint positions.
 
 mod folder;
 mod level;
@@ -27,7 +28,7 @@ use crate::array_files::read::ndarray::Entries;
 use crate::points;
 use crate::warnings::Warnings;
 
-/// World rotations, as the estimator and its network name them.
+/// The names of the array of world rotations: in outputs of the estimator, and in outputs of its network.
 const ROTATIONS: [&str; 2] = ["pred_global_rots", "joint_global_rots"];
 const CAMERA: &str = "pred_cam_t";
 
@@ -37,16 +38,16 @@ const UP: &str = "camera_up";
 /// The height of the root above the rig's origin, in metres.
 pub const MHR_ROOT_HEIGHT: f64 = 0.924;
 
-/// The joints of the rig. The first one does not move.
+/// The number of joints of the rig. The first joint does not move.
 const JOINTS: usize = 127;
 
-/// The keypoints of SAM 3D Body.
+/// The number of keypoints in an output of SAM 3D Body.
 const KEYPOINTS: usize = 70;
 
-/// The joint that carries the body.
+/// The index of the joint that carries the body.
 const ROOT: usize = 1;
 
-/// From camera axes to the axes of the rotations.
+/// The factors of x, y and z that convert camera axes to the axes of the rotations.
 const TO_Y_UP: DVec3 = DVec3::new(1.0, -1.0, -1.0);
 
 /// The kind of points in a sample.
@@ -60,7 +61,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// The kind of the arrays of a file; `None` if they are not an output of SAM 3D Body.
+    /// The kind of the arrays of a file; `None` if the arrays are not an output of SAM 3D Body.
     fn of(entries: &Entries<'_>) -> Option<Self> {
         [Self::Joints, Self::Keypoints].into_iter().find(|kind| {
             let mut arrays = entries.arrays.iter();
@@ -88,7 +89,7 @@ impl Kind {
 #[derive(Clone, Debug)]
 struct Sample {
     positions: Vec<Vec3>,
-    /// Empty if the file has no rotations.
+    /// The world rotation of each joint. Empty if the file has no rotations.
     rotations: Vec<Quat>,
     /// The body position relative to the camera.
     place: DVec3,
@@ -109,7 +110,8 @@ impl Sample {
             && self.rotations.iter().all(|rotation| rotation.is_finite())
     }
 
-    /// The mean distance from another sample's joints, over the joints that both have; NaN without any.
+    /// The mean distance between the joints of two samples, over the joints that both have. NaN if they have no joint
+    /// in common.
     fn distance(&self, other: &Self) -> f64 {
         let moved = (self.place - other.place).as_vec3();
         let pairs = std::iter::zip(&self.positions, &other.positions);
@@ -139,7 +141,7 @@ pub(super) fn needs_joints(entries: &Entries<'_>) -> Option<&'static str> {
     let mut names = entries.arrays.iter().map(|(name, _)| name);
     let has_parameters = names.any(|name| PARAMETERS.iter().any(|own| name.ends_with(own)));
     has_parameters.then_some(
-        "parameters and vertices of MHR need its model: save pred_joint_coords and pred_global_rots of SAM 3D Body too",
+        "mocap cannot compute joints from parameters or vertices of MHR: also save pred_joint_coords and pred_global_rots",
     )
 }
 
@@ -171,7 +173,8 @@ fn of_frames(
     Ok(scene)
 }
 
-/// The points of a person without rotations. Rotations are solved from them by name.
+/// The points of a person without rotations. The importer can solve rotations from these points, because it knows their
+/// names.
 fn of_points(kind: Kind, rate: f64, samples: &[Sample], format: Format, warnings: &mut Warnings) -> Scene {
     let mut scene = Scene::default();
     scene.metadata.format = Some(format);
@@ -244,7 +247,8 @@ fn of_person(
         motion.rotations.push(rotations.collect());
         motion.rest.push((rest[index] - DVec3::Y * ground).as_vec3());
         motion.joints.push(Joint {
-            // Kept joints stay in their order.
+            // The kept joints keep their order, so the new index of a parent is the number of kept joints before the
+            // parent.
             parent: above.map(|parent| kept[..parent].iter().filter(|kept| **kept).count()),
             ..joint.clone()
         });
@@ -260,9 +264,9 @@ fn of_person(
     Ok(motion)
 }
 
-/// The frame rate in frames per second, from the caller or the file. A single frame has none.
+/// The frame rate in frames per second, from the caller or the file. A single frame has no rate.
 fn rate(reader: &Reader<'_, '_>, stated: Option<f64>, frames: usize) -> Result<f64, Failure> {
-    /// The frame rate for a single frame, which may be any.
+    /// The frame rate for a single frame. Any rate would do.
     const OF_ONE: f64 = 30.0;
     let stated = stated.unwrap_or(if frames == 1 { OF_ONE } else { f64::NAN });
     reader.options.frame_rate_or(stated)
@@ -273,8 +277,8 @@ fn offset(joint: usize, parent: usize, sample: &Sample) -> DVec3 {
     sample.rotation(parent).inverse() * (sample.at(joint) - sample.at(parent))
 }
 
-/// Scales the body of every frame to its median size, together with its distance from the camera, which is estimated
-/// from the size. Returns the median joint offsets.
+/// Scales the body of every frame to the median size. Scales its distance from the camera too, because the estimator
+/// computes the distance from the size. Returns the median joint offsets.
 fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
     let pairs = || {
         joints
@@ -282,7 +286,7 @@ fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
             .enumerate()
             .filter_map(|(index, joint)| Some((index, joint.parent?)))
     };
-    // The root is at one height above the origin, whatever the body.
+    // The height of the root above the origin is the same for every body, so it says nothing about the size.
     let size = |sample: &Sample| -> f64 {
         let bones = pairs().filter(|(_, parent)| *parent >= ROOT);
         bones
@@ -308,7 +312,7 @@ fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
 
 /// Selects the joints of the skeleton: all joints of body and hands, and the rotating joints of the face.
 fn kept(joints: &[Joint], samples: &[Sample]) -> Vec<bool> {
-    /// The cosine of half of 0.5 degrees, the smallest rotation of a joint that counts.
+    /// Joints that rotate by less than 0.5 degrees count as still. The number is the cosine of half of this angle.
     const TURNED: f64 = 0.999_99;
     let mut kept = vec![true; joints.len()];
     kept[0] = false;
@@ -318,7 +322,7 @@ fn kept(joints: &[Joint], samples: &[Sample]) -> Vec<bool> {
         let first = samples.first().map(local).unwrap_or_default();
         samples.iter().all(|sample| local(sample).dot(first).abs() > TURNED)
     };
-    // Children follow their parents.
+    // Children follow their parents, so each child is examined before its parent.
     for index in (0..joints.len()).rev().filter(|_| samples.len() > 1) {
         let above = std::iter::successors(joints[index].parent, |above| joints[*above].parent);
         let is_of_face = above.into_iter().any(|above| Some(above) == head) && joints[index].name != "c_head_null";

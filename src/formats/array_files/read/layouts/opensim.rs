@@ -1,8 +1,8 @@
 //! Joint angles of OpenSim's models, by their coordinate names: `hip_flexion_r`, `knee_angle_l`, ...
 //!
-//! The names come from OpenSim's gait models and from *Rajagopal 2016*. Their files do not state bone lengths. So the
-//! angles are applied to the body of `--body`, or to a body of generic proportions. Joint axes differ slightly between
-//! models, and the angles do not show the model.
+//! The names come from OpenSim's gait models and from *Rajagopal 2016*. Files of these models do not state bone
+//! lengths, so the angles are applied to the body that the caller names, or to a body of generic proportions. Joint
+//! axes differ slightly between models, and the angles do not show the model.
 
 use glam::{DQuat, DVec3};
 use mocap_figure::joint_angles::{is_angle, rotations_of};
@@ -16,13 +16,13 @@ use crate::array_files::read::proportions;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// The number of joints of the SMPL family's body, whose T-pose has no rotations.
+/// The number of joints of an SMPL body. In its T-pose no joint is rotated.
 const JOINTS: usize = 22;
 
 /// The angles that every body motion must have.
 const NEEDED: [&str; 4] = ["hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l"];
 
-/// Column names of other models, and our names.
+/// Column names of other models, each with the name that mocap uses.
 const ALIASES: [(&str, &str); 5] = [
     ("ankle_inversion", "subtalar_angle"),
     ("wrist_deviation", "wrist_dev"),
@@ -97,10 +97,10 @@ fn frame_rate(columns: &Columns, options: &ReadOptions, warnings: &mut Warnings)
             let message = format!("the time steps of the rows vary, first at frame {row}: the motion is uneven there");
             Diagnostic::new(Code::FrameTime, message)
                 .expected_found(
-                    format!("{} s from row to row, the mean", 1.0 / rate),
+                    format!("{} s from row to row, which is the mean", 1.0 / rate),
                     format!("{} s", columns.times[row] - columns.times[row - 1]),
                 )
-                .help("write it with even time steps: rows were read as evenly spaced")
+                .help("write the file with even time steps: mocap read the rows as evenly spaced")
         });
     }
     Ok(rate)
@@ -136,7 +136,7 @@ fn angle(columns: &Columns, name: &str, frame: usize, knees: f64) -> Option<f64>
     Some(sign * if columns.in_degrees { value } else { value.to_degrees() })
 }
 
-/// -1 if bent knees have negative angles, as in OpenSim's older models. Knees bend to one side only.
+/// -1 if bent knees have negative angles, as in OpenSim's older models; otherwise 1. Knees bend in one direction only.
 fn knee_sign(columns: &Columns) -> f64 {
     let knees = ["knee_angle_r", "knee_angle_l"]
         .into_iter()

@@ -25,7 +25,7 @@ pub(super) fn is_own(entries: &Entries<'_>) -> bool {
 /// The fields of the header that describe the numbers.
 #[derive(Deserialize)]
 struct Header {
-    /// The digits in the file. The number is the nearest double.
+    /// The digits of the frame rate in the file. The frame rate is the nearest double.
     frame_rate: Box<RawValue>,
     metres_per_unit: Option<f64>,
     up: Option<UpAxis>,
@@ -52,8 +52,11 @@ fn invalid(message: String) -> Failure {
 
 pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let text = reader.entries.get("header").map(NdArray::texts).unwrap_or_default();
-    let header: Header = serde_json::from_str(text.first().map_or("", String::as_str))
-        .map_err(|error| invalid(format!("mocap did not write the array header: {error}")))?;
+    let header: Header = serde_json::from_str(text.first().map_or("", String::as_str)).map_err(|error| {
+        invalid(format!(
+            "the header of the arrays is not one that mocap writes: {error}"
+        ))
+    })?;
     let count = header.joints.len();
     let width = match header.rotation.as_str() {
         "quat" => 4,
@@ -67,7 +70,7 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warn
     of_numbers(header, frames, &positions, &rotations, reader, format, warnings)
 }
 
-/// The scene from the numbers of every frame and joint.
+/// Makes the scene from the numbers of every frame and joint.
 fn of_numbers(
     header: Header,
     frames: usize,
@@ -183,7 +186,8 @@ fn ids(parents: &[Option<usize>]) -> Vec<NodeId> {
     ids
 }
 
-/// The channel of a joint. If its distance from its parent does not change, it has only its OFFSET.
+/// The channel of a joint. A joint other than the root that keeps its position relative to its parent has a constant
+/// position.
 fn channel(joint: &Joint, id: NodeId, is_root: bool, root_path: Vec<Vec3>, rotations: Vec<DQuat>) -> Channel {
     /// The rounding error of 32-bit positions, as a fraction of their size.
     const ROUNDING: f32 = 1e-5;
@@ -217,7 +221,8 @@ fn channel(joint: &Joint, id: NodeId, is_root: bool, root_path: Vec<Vec3>, rotat
     }
 }
 
-/// A rotation in the form of [`Rotation`](mocap_scene::scene), which the width determines.
+/// The rotation in a row of numbers. The count of numbers shows which form of [`Rotation`](mocap_scene::scene) the row
+/// has.
 fn rotation(row: &[f64], order: Option<RotationOrder>) -> DQuat {
     let vector = |at: usize| DVec3::from_slice(&row[at..at + 3]);
     let of_columns = |x: DVec3, y: DVec3| {

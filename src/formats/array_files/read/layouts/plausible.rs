@@ -8,8 +8,8 @@ use mocap_scene::error::{Code, Diagnostic};
 use crate::Failure;
 use crate::array_files::read::humanml3d;
 
-/// The smallest number of joints with a mean angle above a full turn, if angles are in degrees. A root that keeps
-/// spinning counts as one.
+/// If at least this number of joints has a mean angle above a full turn, the angles are in degrees. One joint is not
+/// enough, because a root may keep spinning.
 const TURNED: usize = 2;
 
 /// Refuses angles that are not radians. `means` has the mean angle of each joint.
@@ -32,8 +32,8 @@ pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) ->
     ))
 }
 
-/// Refuses normalized rows of HumanML3D. In other rows, the rotation columns have length 1, or nearly so if a network
-/// made them.
+/// Refuses rows of HumanML3D that were normalized to mean 0 and deviation 1. In other rows, the rotation columns have
+/// length 1, or nearly so if a network made them.
 pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
     /// The index of the first rotation number in a row, after the root and the positions.
     const ROTATIONS: usize = 4 + 3 * (humanml3d::JOINTS - 1);
@@ -41,17 +41,17 @@ pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
     /// The count of numbers in two columns of a matrix.
     const COLUMNS: usize = 6;
 
-    /// The lengths that a network produces for 1.
+    /// The lengths of rotation columns that a network produces. Exact columns have length 1.
     const LENGTH: std::ops::Range<f64> = 0.7..1.4;
 
-    /// The smallest fraction of rotations whose columns both have such a length. For numbers with mean 0 and deviation
-    /// 1 it is an eighth.
+    /// The smallest fraction of rotations whose columns both have a length in `LENGTH`. In normalized rows an eighth of
+    /// the rotations has such columns.
     const KEPT: f64 = 0.5;
     let rotations = rows.chunks_exact(humanml3d::NUMBERS).flat_map(|row| {
         let columns = &row[ROTATIONS..ROTATIONS + COLUMNS * (humanml3d::JOINTS - 1)];
         columns.as_chunks::<COLUMNS>().0
     });
-    // Some programs write only positions, and zeros for the rest.
+    // Some programs write only positions, and zeros in place of rotations.
     let stated = rotations.filter(|columns| columns.iter().any(|number| *number != 0.0));
     let (count, kept) = stated.fold((0_usize, 0_usize), |(count, kept), columns| {
         let mut columns = columns.as_chunks::<3>().0.iter();
@@ -66,7 +66,7 @@ pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
         Diagnostic::new(Code::NumberRange, "the 263 numbers a frame are normalized")
             .expected_found("rotations with columns of length 1", format!("{percent:.0} % of them"))
             .help(
-                "multiply them by the standard deviations and add the means of the data set: data * Std.npy + \
+                "multiply the numbers by the standard deviations and add the means of the data set: data * Std.npy + \
                 Mean.npy",
             ),
     ))

@@ -14,7 +14,8 @@ use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::points::{self, Kind, Track};
 use crate::warnings::Warnings;
 
-/// The frame rate in frames per second of arrays that do not state one. HumanML3D, which has 22 joints, has its own.
+/// The frame rate in frames per second of arrays that do not state one. HumanML3D, which has 22 joints, has its own
+/// frame rate.
 const USUAL_RATE: f64 = 30.0;
 
 /// The only array of a file, or the array of positions.
@@ -44,7 +45,7 @@ pub(super) fn scene(
         shape => shape,
     };
     let (&[frames, count, 3], true) = (shape, array.is_number()) else {
-        let found = refused("the array is not a known motion", reader.entries);
+        let found = refused("the shape of the array fits no known layout of motions", reader.entries);
         return Err(Box::new(
             found
                 .expected_found("(frames, joints, 3)", array.shape_text())

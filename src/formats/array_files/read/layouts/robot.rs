@@ -18,7 +18,7 @@ use crate::{Failure, ReadOptions};
 /// The rate in Hz if the arrays state none, as in motions for Unitree's robots.
 const USUAL_RATE: f64 = 30.0;
 
-/// A layout: the names of its arrays.
+/// A layout with several arrays, which it identifies by name.
 struct Layout {
     joints: &'static str,
     positions: &'static str,
@@ -29,7 +29,8 @@ struct Layout {
     of_links: bool,
 }
 
-/// The position of the base in ASAP and PBHC, whose files have a dictionary for each motion, by its name.
+/// The name of the array of base positions in files of ASAP and PBHC. These files have a dictionary for each motion,
+/// under the name of the motion.
 pub(super) const OFFSETS: &str = "root_trans_offset";
 
 const LAYOUTS: &[Layout] = &[
@@ -79,15 +80,15 @@ const LAYOUTS: &[Layout] = &[
     },
 ];
 
-/// The count of base numbers: a position and a quaternion.
+/// The count of numbers for the base: a position and a quaternion.
 pub(in super::super) const BASE: usize = 7;
 
 /// A layout with a single array, whose rows have the base numbers before the joint numbers.
 struct Rows {
     name: &'static str,
-    /// The count of base numbers: position and rotation.
+    /// The count of numbers for the base in a row: position and rotation.
     base: usize,
-    /// Reads the position of the base, then its rotation as x, y, z and w.
+    /// Converts the base numbers of a row to the position of the base, and to its rotation as x, y, z and w.
     read: fn(&[f64]) -> [f64; BASE],
 }
 
@@ -126,7 +127,7 @@ pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
     ROWS.iter().any(|rows| has_numbers(rows.name)) || LAYOUTS.iter().any(|layout| has(layout.joints))
 }
 
-/// The robot of the body option, in these motions, each with its name.
+/// The scene of the robot that the body option states, with these motions, each with its name.
 pub(super) fn scene(motions: &[(&str, Entries<'_>)], options: &ReadOptions, format: Format) -> Result<Scene, Failure> {
     let Some(Body::Robot(robot, _)) = options.body.as_deref() else {
         let message = "the arrays are a robot motion, but do not state which robot";
@@ -157,7 +158,7 @@ pub(super) fn scene(motions: &[(&str, Entries<'_>)], options: &ReadOptions, form
     Ok(scene)
 }
 
-/// The base in each frame, and the joint positions in the robot's order.
+/// The placement of the base in each frame, and the joint positions in the robot's order.
 fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, Vec<f64>), Failure> {
     let entries = reader.entries;
     let own = robot.dof_names();
@@ -215,7 +216,7 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
     Ok((root, ordered))
 }
 
-/// The base in each frame: x, y, z, then its rotation as x, y, z, w.
+/// The placement of the base in each frame: x, y, z, then its rotation as x, y, z, w.
 fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[f64; BASE]>, Failure> {
     let links = match reader.entries.get(layout.positions).filter(|_| layout.of_links) {
         Some(array) => array.shape.get(1).copied().unwrap_or(1).max(1),
@@ -240,7 +241,7 @@ fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[
 }
 
 fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
-    /// The accepted lengths of a quaternion. Another length means that it is no rotation, or that its columns are in
+    /// The accepted lengths of a quaternion. A quaternion with another length is no rotation, or its columns are in
     /// another order.
     const LENGTH: std::ops::Range<f64> = 0.9..1.1;
     let [x, y, z, i, j, k, w] = *row;
@@ -262,7 +263,7 @@ fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
 fn no_joint(name: &str, names: &[String]) -> Failure {
     /// The largest number of joints in an error.
     const NAMED: usize = 6;
-    let message = "the joints of the arrays and the robot differ: {body} must name the robot of the motion";
+    let message = "the joints of the arrays differ from the joints of the robot: name the robot of this motion";
     let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
     Box::new(
         Diagnostic::new(Code::InvalidRobot, message)

@@ -50,7 +50,7 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     let names = ["trans", "smpl_trans", "transl"];
     let name = names.into_iter().find(|name| entries.get(name).is_some());
     set_root(reader, &mut motion, name, frames, "")?;
-    // AMASS states its rate, and is +Z up by definition. Others only use its names.
+    // AMASS states its rate, and defines +Z as up. Other data sets use only the names of its arrays.
     let is_amass = entries.first(&["mocap_framerate", "mocap_frame_rate"]).is_some();
     if is_amass {
         motion.up = UpAxis::Z;
@@ -62,8 +62,8 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     Ok(motion)
 }
 
-/// The path of the best dictionary with `global_orient` and `body_pose`. World coordinates are better than camera
-/// coordinates, and the result is better than its inputs.
+/// The path of the best dictionary with `global_orient` and `body_pose`. A dictionary with world coordinates is better
+/// than one with camera coordinates. A dictionary with results is better than one with inputs.
 pub(super) fn dictionary(entries: &Entries<'_>) -> Option<String> {
     let names = entries.arrays.iter().map(|(name, _)| name.as_str());
     let prefixes = names.filter_map(|name| name.strip_suffix("body_pose"));
@@ -191,7 +191,7 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     let mut rotations = Vec::new();
     for (begin, count) in order {
         match count {
-            // A static eye.
+            // A count of 0 stands for an eye without columns, which does not move.
             0 => rotations.push(vec![DQuat::IDENTITY; frames]),
             count => rotations.extend(tracks("of the file", &part(*begin, 3 * count), *count)?),
         }
@@ -213,8 +213,9 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     Ok(Some(motion))
 }
 
-/// Sets the rest joints and the root positions: the translation, relative to the template's origin. Returns the root
-/// position at rest, relative to that origin.
+/// Sets the rest positions of the joints. Sets the root position of each frame to the rest position of the root plus
+/// the translation in the array `name`. Positions are relative to the template's origin. Returns the rest position of
+/// the root.
 fn set_root(
     reader: &Reader<'_, '_>,
     motion: &mut Motion,
@@ -264,12 +265,12 @@ fn guess_up(motion: &mut Motion) {
     motion.assume(
         Topic::Up,
         format!("{} is up", named(up)),
-        "the spine points there on average",
+        "the spine points in this direction on average",
         confidence,
     );
 }
 
-/// Records the choice of bone lengths and of the hands.
+/// Records where bone lengths and hands come from.
 fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
     let entries = reader.entries;
     let betas = entries.get(&format!("{prefix}betas"));
@@ -297,7 +298,7 @@ fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
         motion.assume(
             Topic::Hands,
             "finger rotations are relative to a flat hand",
-            "the arrays do not state it; AMASS and Motion-X use a flat hand",
+            "the arrays do not state the rest pose of the hands; AMASS and Motion-X use a flat hand",
             Confidence::Likely,
         );
     }

@@ -1,4 +1,4 @@
-//! Builds the objects of the known names.
+//! Builds the objects that the known functions and classes return.
 
 use std::collections::HashMap;
 
@@ -54,8 +54,8 @@ fn storage_kind(name: &str) -> Option<Kind> {
 
 /// The whole numbers of a tuple or a list.
 fn sizes(objects: &Objects<'_>, id: Id) -> Option<Vec<usize>> {
-    /// The largest number of axes. It is more than any motion has, and small enough for an array that five bytes
-    /// repeat.
+    /// The largest number of axes. Motions have fewer axes. The limit also bounds the memory of a pickle that repeats
+    /// an array in five bytes.
     const MOST_AXES: usize = 6;
     let items = objects.items(id).filter(|items| items.len() <= MOST_AXES)?;
     let size = |id: &Id| {
@@ -67,7 +67,7 @@ fn sizes(objects: &Objects<'_>, id: Id) -> Option<Vec<usize>> {
     items.iter().map(size).collect()
 }
 
-/// The result of a call.
+/// The result of calling a known function.
 pub(super) fn call<'a>(
     objects: &Objects<'a>,
     encoded: &mut HashMap<Id, Bytes<'a>>,
@@ -216,12 +216,12 @@ pub(super) struct RawArray {
     kind: (Kind, bool),
     shape: Vec<usize>,
     is_fortran: bool,
-    /// Whether the length of a gap and the gap are before the bytes.
+    /// Whether a gap precedes the bytes. The length of the gap comes first.
     pub(super) has_gap: bool,
 }
 
 impl RawArray {
-    /// `None` if the object is no array, or the state is not joblib's.
+    /// The description in the state of an array. `None` if the object is no array, or the state is not joblib's.
     pub(super) fn of(objects: &Objects<'_>, object: Id, state: Id) -> Option<Self> {
         let (Object::NewArray, Object::Dict(state)) = (&objects[object], &objects[state]) else {
             return None;
@@ -238,7 +238,7 @@ impl RawArray {
         })
     }
 
-    /// The number of its bytes.
+    /// The size of the array in bytes.
     pub(super) fn size(&self) -> usize {
         self.shape
             .iter()
@@ -255,7 +255,7 @@ impl RawArray {
 pub(super) fn set_state<'a>(objects: &Objects<'a>, object: Id, state: Id) -> Result<Option<Object<'a>>, String> {
     match &objects[object] {
         Object::NewArray => {
-            let wrong = || "the state of an array is not one of NumPy".to_owned();
+            let wrong = || "the state of an array does not have NumPy's form".to_owned();
             let Some([.., shape, kind, order, data]) = objects.items(state) else {
                 return Err(wrong());
             };
@@ -269,14 +269,14 @@ pub(super) fn set_state<'a>(objects: &Objects<'a>, object: Id, state: Id) -> Res
                 .ok_or_else(wrong)?
                 .map(Some)
         }
-        // (version, byte order, ...)
+        // The state of an element type begins with its version and its byte order.
         Object::Dtype(kind, _) => {
             let order = objects.items(state).and_then(|state| objects.text(*state.get(1)?));
             Ok(Some(Object::Dtype(*kind, order == Some(">"))))
         }
         Object::Record(_) => Ok(Some(Object::Record(Some(state)))),
         Object::Dict(_) => Ok(None),
-        _ => Err("an object without a state gets one".to_owned()),
+        _ => Err("the pickle sets the state of an object that cannot have a state".to_owned()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The stack machine.
+//! The stack machine that executes the operations of a pickle.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use super::objects::{Id, Object, Objects};
 use super::{Pickle, Storages, broken};
 use crate::Failure;
 
-const TOO_MANY: &str = "it has too many objects";
+const TOO_MANY: &str = "the pickle has too many objects";
 
 pub(super) struct Machine<'s, 'a> {
     bytes: &'a [u8],
@@ -22,7 +22,7 @@ pub(super) struct Machine<'s, 'a> {
     memo: HashMap<u32, Id>,
     /// The immutable values, stored once: none, true, false, the empty tuple.
     constants: HashMap<u8, Id>,
-    /// The bytes of encoded strings.
+    /// The Latin-1 bytes of each string that was encoded, by the id of the string's object.
     encoded: HashMap<Id, Bytes<'a>>,
     storages: Storages<'s, 'a>,
 }
@@ -161,7 +161,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(true)
     }
 
-    /// Memo operations, and operations without effect here.
+    /// Operations on the memo, and operations that this reader ignores.
     fn memo(&mut self, operation: u8) -> Result<bool, Failure> {
         match operation {
             b'q' => {
@@ -205,7 +205,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(true)
     }
 
-    /// Operations that name a function or a class, and those that call it.
+    /// Operations that name functions or classes, and operations that call them.
     fn object(&mut self, operation: u8) -> Result<(), Failure> {
         match operation {
             b'c' => {
@@ -217,7 +217,7 @@ impl<'s, 'a> Machine<'s, 'a> {
                 let items = self.top(2)?;
                 let [module, name] = [0, 1].map(|index| self.objects.text(items[index]));
                 let (Some(module), Some(name)) = (module, name) else {
-                    return Err(broken(self.at, "a name is no text"));
+                    return Err(broken(self.at, "the name of a function or a class is not text"));
                 };
                 let global = build::global(module, name)?;
                 self.push(global)?;
@@ -270,7 +270,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         self.objects.tuple(items).ok_or_else(|| broken(self.at, TOO_MANY))
     }
 
-    /// The lowest stack index that may be popped.
+    /// The index of the lowest object above the last mark. Objects below the mark may not be popped.
     fn floor(&self) -> usize {
         self.marks.last().copied().unwrap_or(0)
     }
@@ -278,12 +278,12 @@ impl<'s, 'a> Machine<'s, 'a> {
     fn pop(&mut self) -> Result<Id, Failure> {
         let is_there = self.stack.len() > self.floor();
         let top = is_there.then(|| self.stack.pop()).flatten();
-        top.ok_or_else(|| broken(self.at, "the stack is empty"))
+        top.ok_or_else(|| broken(self.at, "an operation needs more objects than the stack has"))
     }
 
     fn last(&self) -> Result<Id, Failure> {
         let last = self.stack.last().copied();
-        last.ok_or_else(|| broken(self.at, "the stack is empty"))
+        last.ok_or_else(|| broken(self.at, "an operation needs more objects than the stack has"))
     }
 
     fn top(&mut self, count: usize) -> Result<Vec<Id>, Failure> {
@@ -292,12 +292,15 @@ impl<'s, 'a> Machine<'s, 'a> {
             .len()
             .checked_sub(count)
             .filter(|begin| *begin >= self.floor());
-        let begin = begin.ok_or_else(|| broken(self.at, "the stack is empty"))?;
+        let begin = begin.ok_or_else(|| broken(self.at, "an operation needs more objects than the stack has"))?;
         Ok(self.stack.split_off(begin))
     }
 
     fn above_mark(&mut self) -> Result<Vec<Id>, Failure> {
-        let mark = self.marks.pop().ok_or_else(|| broken(self.at, "there is no mark"))?;
+        let mark = self
+            .marks
+            .pop()
+            .ok_or_else(|| broken(self.at, "an operation needs a mark, but the stack has none"))?;
         Ok(self.stack.split_off(mark.min(self.stack.len())))
     }
 
@@ -305,7 +308,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         let list = self.last()?;
         match &mut self.objects[list] {
             Object::List(list) => list.extend(items),
-            _ => return Err(broken(self.at, "something is appended to what is no list")),
+            _ => return Err(broken(self.at, "an item is appended to an object that is not a list")),
         }
         Ok(())
     }
@@ -314,7 +317,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         let dictionary = self.last()?;
         match &mut self.objects[dictionary] {
             Object::Dict(dictionary) => dictionary.extend(pairs(items)),
-            _ => return Err(broken(self.at, "an entry is set in what is no dictionary")),
+            _ => return Err(broken(self.at, "an entry is set in an object that is not a dictionary")),
         }
         Ok(())
     }
@@ -328,7 +331,7 @@ impl<'s, 'a> Machine<'s, 'a> {
     fn recall(&mut self, key: u32) -> Result<(), Failure> {
         let id = self.memo.get(&key).copied();
         self.stack
-            .push(id.ok_or_else(|| broken(self.at, "what it repeats was not remembered"))?);
+            .push(id.ok_or_else(|| broken(self.at, "the memo does not have the object that the pickle repeats"))?);
         Ok(())
     }
 
@@ -339,7 +342,7 @@ impl<'s, 'a> Machine<'s, 'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], Failure> {
         let taken = self.bytes.get(self.at..self.at.saturating_add(count)).ok_or_else(|| {
             Box::new(
-                Diagnostic::new(Code::UnexpectedEnd, "the pickle ends before its end")
+                Diagnostic::new(Code::UnexpectedEnd, "the pickle ends before its STOP operation")
                     .expected_found(
                         format!("{count} bytes at byte {}", self.at),
                         format!("{} bytes in all", self.bytes.len()),
@@ -375,7 +378,7 @@ impl<'s, 'a> Machine<'s, 'a> {
     fn line(&mut self) -> Result<&'a str, Failure> {
         let rest = &self.bytes[self.at..];
         let end = memchr::memchr(b'\n', rest).ok_or_else(|| broken(self.at, "a line does not end"))?;
-        let line = std::str::from_utf8(&rest[..end]).map_err(|_| broken(self.at, "a line is no text"))?;
+        let line = std::str::from_utf8(&rest[..end]).map_err(|_| broken(self.at, "a line is not text"))?;
         self.at += end + 1;
         Ok(line.trim_end_matches('\r'))
     }
@@ -383,14 +386,14 @@ impl<'s, 'a> Machine<'s, 'a> {
     /// The memo number of an object.
     fn decimal_key(&mut self) -> Result<u32, Failure> {
         let key = self.line()?.parse();
-        key.map_err(|_| broken(self.at, "what it remembers has no whole number"))
+        key.map_err(|_| broken(self.at, "the memo number of an object is not a whole number"))
     }
 
     /// A number in decimal digits, as in protocol 0. `I01` is true.
     fn decimal(&mut self) -> Result<f64, Failure> {
         let line = self.line()?;
         let number = line.trim_end_matches('L').parse();
-        number.map_err(|_| broken(self.at, "a number is no number"))
+        number.map_err(|_| broken(self.at, "a number in decimal digits cannot be parsed"))
     }
 }
 

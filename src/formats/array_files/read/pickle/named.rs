@@ -11,7 +11,7 @@ const DEEPEST: usize = 8;
 const LONGEST: usize = 256;
 
 /// The least number of bytes of an array in a pickle: its name, its shape and its type. A pickle that repeats an array
-/// by its memo number has fewer.
+/// by its memo number has fewer bytes per array.
 const LEAST: usize = 32;
 
 /// The number of objects to visit in a small pickle.
@@ -35,7 +35,8 @@ struct Finder<'p, 'a> {
     found: Entries<'a>,
     /// The largest number of arrays to list.
     most: usize,
-    /// The remaining number of objects and bytes to visit. A pickle can hold one object a thousand times.
+    /// The number of objects and bytes that may still be visited. The limit is needed because a pickle can refer to one
+    /// object a thousand times.
     left: usize,
 }
 
@@ -99,7 +100,7 @@ impl<'a> Finder<'_, 'a> {
 
     fn add_texts(&mut self, name: String, shape: Vec<usize>, texts: &[&str]) {
         let length = texts.iter().map(|text| text.len()).max().unwrap_or(0);
-        // Strings of different lengths are padded to the longest.
+        // Strings of different lengths are padded to the length of the longest string.
         let size = length.saturating_mul(texts.len());
         if size > self.left {
             return;

@@ -22,18 +22,18 @@ pub(super) enum Object<'a> {
     Dict(Vec<(Id, Id)>),
     /// A function or a class, by its name.
     Global(Box<str>),
-    /// NumPy's element type; `None` for the type of objects.
+    /// NumPy's element type, and whether it is big-endian; `None` for the type of objects.
     Dtype(Option<Kind>, bool),
     Array(Box<NdArray<'a>>),
-    /// An array without its state.
+    /// An array whose state is not set yet.
     NewArray,
     /// A PyTorch storage: its element type and its bytes.
     Storage(Box<(Kind, Bytes<'a>)>),
-    /// An object with contents: a sparse matrix with its state, or an array of objects with their list.
+    /// An object with contents: a sparse matrix with its state, or an array of objects with the list of its objects.
     Record(Option<Id>),
 }
 
-/// The position of a tuple's items.
+/// The position of a tuple's items in the list of all items.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuple {
     begin: Id,
@@ -107,5 +107,5 @@ impl IndexMut<Id> for Objects<'_> {
     }
 }
 
-/// The largest memory of a pickle for each of its bytes follows from this size.
+/// Because an object is this small, a pickle takes only a limited memory for each of its bytes.
 const _: () = assert!(size_of::<Object<'_>>() <= 32);

@@ -112,7 +112,8 @@ impl Reader<'_, '_> {
         self.add_channels(keyword, joint, channels)
     }
 
-    /// Adds channels. Ignores a second CHANNELS line that equals the first. A different one continues the first.
+    /// Adds channels. Ignores a second CHANNELS line that equals the first. A second CHANNELS line with other channels
+    /// continues the first.
     fn add_channels(&mut self, keyword: Word<'_>, joint: usize, mut channels: Vec<ChannelKind>) -> Result<(), Failure> {
         if !self.joints[joint].channels.is_empty() {
             self.warn(Code::RepeatedChannels, keyword, "the joint has a second CHANNELS line");
@@ -120,7 +121,7 @@ impl Reader<'_, '_> {
                 return Ok(());
             }
             if self.joints.len() - 1 != joint {
-                // The columns of the joint would not be adjacent, and readers disagree about their order.
+                // Otherwise the columns of the joint would not be adjacent, and readers disagree about their order.
                 return Err(self.unexpected(keyword, "all CHANNELS of a joint before its children"));
             }
         } else {

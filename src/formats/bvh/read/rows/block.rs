@@ -5,13 +5,13 @@ use mocap_scene::math::wide;
 
 use crate::text::is_line_end;
 
-/// Some frames of every column.
+/// The values of some consecutive frames, column by column.
 #[derive(Debug)]
 pub struct Block {
     pub(super) values: Vec<f64>,
     pub(super) frames: usize,
     capacity: usize,
-    /// The number of values from one column to the next.
+    /// The number of values from the start of one column to the start of the next column.
     pub(super) stride: usize,
 }
 
@@ -66,7 +66,8 @@ impl Block {
         read_plain_row(self, text)
     }
 
-    /// `read_short` reads short numbers faster, and returns `None` for others.
+    /// Reads a line like [`Self::read_plain_row`]. `read_short` reads short numbers faster, and returns `None` for
+    /// other numbers.
     #[inline(always)]
     pub fn read_numbers(&mut self, text: &[u8], read_short: impl Fn(&[u8]) -> Option<(f64, usize)>) -> Option<usize> {
         let frame = self.frames;
@@ -118,7 +119,7 @@ wide::dispatch! {
 /// The smallest number of bytes of a long number.
 const LONG: usize = 16;
 
-/// Skips the spaces after a number. A line may also end there.
+/// Skips the spaces after a number. A line may end after the number.
 #[inline(never)]
 fn skip_gap(text: &[u8]) -> Option<&[u8]> {
     match text {

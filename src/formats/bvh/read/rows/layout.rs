@@ -5,7 +5,7 @@ use mocap_scene::error::{Code, Diagnostic};
 use super::super::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number};
 
-/// The end of a row.
+/// Where a row of the file ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// A row is a line. Lines with another number of values are rare, and broken.
@@ -14,9 +14,10 @@ pub enum Layout {
     Stream,
 }
 
-/// Finds the layout of the text from the current position, if `rows_before` lines were whole rows.
+/// Finds the layout of the text from the current position. Each of the `rows_before` lines before this position was a
+/// whole row.
 ///
-/// If a row is a line, text after the `most` rows that will be read does not matter.
+/// If each line is a row, the text after the next `most` rows does not matter, because it will not be read.
 pub fn find(
     cursor: &Cursor<'_>,
     channel_count: usize,
@@ -56,7 +57,7 @@ pub fn find(
     )))
 }
 
-/// Whether wrapped or joined rows fit the lines: every row ends at a line end, except a last one that is cut off.
+/// Whether wrapped or joined rows fit the lines: every row ends at a line end, except a last row that is cut off.
 fn rows_end_at_line_ends(lines: impl Iterator<Item = usize>, channel_count: usize) -> bool {
     let mut rows = 0;
     let mut pending = 0;
@@ -148,7 +149,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Whether it begins like a row.
+    /// Whether the line begins like a row.
     fn is_numeric(&self) -> bool {
         let word = self.word.bytes.split(|&byte| is_space(byte)).next().unwrap_or_default();
         number::parse(word).is_some()

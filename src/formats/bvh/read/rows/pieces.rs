@@ -2,15 +2,15 @@
 
 use crate::{Blocks, Failure};
 
-/// The smallest piece of memory in bytes. It is large enough to make the overhead small. It is small enough to stay in
-/// the second-level cache from counting its lines to reading its numbers.
+/// The smallest piece of memory in bytes. Such a piece is large enough to make the overhead small. It is small enough
+/// to stay in the second-level cache while its lines are counted and its numbers are read.
 pub const LENGTH: usize = 1 << 18;
 
-/// Some whole lines.
+/// A piece of the text that consists of whole lines.
 #[derive(Debug, PartialEq)]
 pub struct Piece<'a> {
     pub text: &'a [u8],
-    /// The offset of its first byte.
+    /// The offset of the first byte of the piece.
     pub offset: usize,
     pub lines: usize,
 }
@@ -42,7 +42,7 @@ impl<'a> Pieces<'a> {
         }
     }
 
-    /// The next piece, stored in `buffer` if it comes from blocks; `None` after the last.
+    /// The next piece, stored in `buffer` if it comes from blocks; `None` after the last piece.
     pub fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<Piece<'b>>, Failure>
     where
         'a: 'b,
@@ -96,7 +96,7 @@ fn line_end(text: &[u8]) -> u8 {
     }
 }
 
-/// The number of lines, without the empty ones at the end.
+/// The number of lines, without empty lines at the end.
 pub fn count_lines(text: &[u8], line_end: u8) -> usize {
     let text = text.trim_ascii_end();
     memchr::memchr_iter(line_end, text).count() + usize::from(!text.is_empty())

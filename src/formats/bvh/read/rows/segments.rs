@@ -1,8 +1,8 @@
 //! Reads plain rows piece by piece, with one thread or several.
 //!
-//! The line counts of earlier pieces give the index of a piece's first frame. So each thread writes its keys directly
-//! to their final place. Everything after the first line that is not a plain row is discarded, and the careful path
-//! reads it again. So the result does not depend on the number of threads.
+//! The line counts of earlier pieces give the index of a piece's first frame. With this index, each thread writes its
+//! keys directly to their final place. The keys from the first line that is not a plain row on are discarded, and the
+//! careful path reads these lines again. Therefore the result does not depend on the number of threads.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,9 +53,9 @@ impl Read {
 struct Segment {
     rows: usize,
     last_row: Option<Vec<f64>>,
-    /// The offset after its last plain row.
+    /// The offset after the last plain row of the piece.
     end: usize,
-    /// Whether every line is a plain row that was requested, with its keys written.
+    /// Whether every line is a plain row that was requested, and all its keys are written.
     is_whole: bool,
 }
 
@@ -114,7 +114,7 @@ pub(super) fn read<F: Frames>(
         failure: None,
     });
     let segments = Mutex::new(Vec::new());
-    // The pieces after one that is not whole are discarded.
+    // Set by the first piece that is not whole: the pieces after it are discarded.
     let is_over = AtomicBool::new(false);
     let work = || {
         let mut block = Block::new(last_row.len());

@@ -14,11 +14,11 @@ use self::wasm as vector;
 #[cfg(target_arch = "x86_64")]
 use self::x86 as vector;
 
-/// The number of examined bytes: a number of at most 15, including sign and point, and the byte after it.
+/// The number of examined bytes: a number of at most 15 bytes, including sign and point, and the byte after the number.
 const WINDOW: usize = 16;
 
-/// Powers of ten. They are exact, and so are integers of up to 15 digits. So a quotient of the two is correctly
-/// rounded.
+/// Powers of ten. These powers and integers of up to 15 digits are exact doubles, so the quotient of an integer and a
+/// power is correctly rounded.
 const POWERS: [f64; WINDOW] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
@@ -49,8 +49,8 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
     digits
 }
 
-/// The number at the start of a string, correctly rounded, and its length. It consists of `-`, digits, and a point
-/// among them, with a space or a line end after it. `None` for every other spelling, and if the result may not be
+/// The number at the start of a string, correctly rounded, and its length. The number consists of `-`, digits, and a
+/// point among them, with a space or a line end after it. `None` for every other spelling, and if the result may not be
 /// exact.
 ///
 /// # Safety

@@ -10,7 +10,7 @@ use super::super::properties::Properties;
 use super::super::time::Rate;
 use super::tree::{RawElement, RawFile, RawValue};
 
-/// The objects of animations.
+/// The kinds of objects that belong to animations.
 pub(super) const OF_ANIMATIONS: [&str; 4] = [
     "AnimationStack",
     "AnimationLayer",

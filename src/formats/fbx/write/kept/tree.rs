@@ -23,7 +23,7 @@ pub(super) struct RawElement<'a> {
     is_block: bool,
 }
 
-/// A whole file.
+/// The elements of a whole file.
 pub(super) struct RawFile<'a> {
     pub(super) version: u32,
     pub(super) sections: Vec<RawElement<'a>>,

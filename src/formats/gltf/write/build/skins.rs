@@ -13,8 +13,8 @@ use super::Builder;
 
 impl Builder<'_> {
     /// Writes the skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes
-    /// has no skin: optimisers drop an unused skin, and validators report it. If all
-    /// meshes are without area, as the mesh of a skeleton with a single joint is, a marker is written instead of them.
+    /// has no skin: optimisers drop an unused skin, and validators report it. If no mesh has an area, such as the mesh
+    /// of a skeleton with a single joint, a marker is written instead of the meshes.
     pub(super) fn skins(&mut self, skinned: &[usize]) -> Result<()> {
         let scene = self.scene;
         let mut joints = Vec::new();
@@ -77,8 +77,9 @@ impl Builder<'_> {
         self.morphed.extend(source.map(|mesh| (node.value(), mesh)));
     }
 
-    /// Adds a skin of all joints. A mesh with the same bind matrices as the previous mesh shares its skin. A joint with
-    /// a bone has the bone's bind pose. Another joint follows its nearest ancestor with a bone, or keeps its rest pose.
+    /// Adds a skin of all joints. A mesh with the same bind matrices as the previous mesh shares the skin of that mesh.
+    /// A joint with a bone has the bone's bind pose. Another joint follows its nearest ancestor with a bone, or keeps
+    /// its rest pose.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps, because the last row of an inverse bind matrix must be exactly 0 0 0 1. With a scale of 0 all

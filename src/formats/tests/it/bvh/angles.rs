@@ -1,4 +1,4 @@
-//! Angles of BVH.
+//! Tests the angles that BVH files store.
 
 use mocap::glam::Quat;
 use mocap::scene::RotationOrder;

@@ -1,4 +1,4 @@
-//! Blocks of frames.
+//! Tests that every processor reads a block of frames in the same way.
 
 use mocap_formats::internals::bvh::Block;
 

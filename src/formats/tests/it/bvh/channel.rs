@@ -1,4 +1,4 @@
-//! Channels of BVH.
+//! Tests the names of channels in BVH.
 
 use mocap_formats::internals::bvh::{ChannelKind, NAMES};
 use mocap_scene::math::rotation::Axis;

@@ -1,4 +1,4 @@
-//! Layouts of rows.
+//! Tests how the BVH reader finds the layout of rows.
 
 use mocap_formats::internals::bvh::{Layout, count_numbers, find};
 use mocap_formats::internals::text::Cursor;

@@ -1,4 +1,4 @@
-//! Numbers of BVH.
+//! Tests how numbers are written in BVH.
 
 use mocap_formats::internals::bvh::{push, shortest};
 

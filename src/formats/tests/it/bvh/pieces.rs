@@ -1,11 +1,11 @@
-//! Pieces of a large file.
+//! Tests the division of a large file into pieces that end with a line.
 
 use std::sync::Mutex;
 
 use mocap_formats::internals::bvh::{LENGTH, Pieces, count_lines};
 use mocap_formats::{Blocks, Failure};
 
-/// Bytes in blocks of a few.
+/// A reader that returns blocks of a few bytes.
 struct ShortReader<'a>(Mutex<&'a [u8]>, usize);
 
 impl Blocks for ShortReader<'_> {

@@ -1,4 +1,4 @@
-//! The fast reader of short numbers.
+//! Tests the fast reader of short numbers.
 
 mocap_scene::math::wide::dispatch! {
     fn parse_with_avx2(text: &[u8]) -> Option<Option<(f64, usize)>> {
@@ -9,7 +9,7 @@ mocap_scene::math::wide::dispatch! {
     }
 }
 
-/// As `parse` of the library; `None` on a processor that cannot run it.
+/// Calls the library's `parse`; `None` on a processor that cannot run it.
 fn parse(text: &str) -> Option<Option<(f64, usize)>> {
     parse_with_avx2(text.as_bytes())
 }
@@ -99,6 +99,6 @@ fn other_spellings_are_left_to_the_other_parser() {
         let Some(found) = parse(&padded) else { return };
         assert_eq!(found, None, "{text:?}");
     }
-    // Too near to the end of the text.
+    // The number is too near to the end of the text.
     assert!(parse("1.5 ").is_none_or(|found| found.is_none()));
 }

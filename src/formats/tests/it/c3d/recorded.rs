@@ -1,4 +1,4 @@
-//! Units of channels.
+//! Tests the conversion of the units of channels.
 
 use mocap_formats::internals::c3d::si;
 

@@ -1,11 +1,11 @@
-//! Key times of FBX.
+//! Tests the times of keys in FBX.
 
 use mocap::Code;
 use mocap_formats::internals::fbx::{SECOND, end, key_times};
 
 #[test]
 fn key_times_are_never_late_and_never_equal() {
-    // A jump at 0.1 s as 32 bits have it: its two keys are neighbouring numbers.
+    // A jump at 0.1 s in 32 bits: its two keys are neighbouring numbers.
     let jump = 0.1_f32;
     let ticks = [0.0, 1e-40, jump.next_down().into(), jump.into()];
     let times: Vec<i64> = key_times(&ticks, 1.0).collect();
@@ -22,6 +22,6 @@ fn key_times_are_never_late_and_never_equal() {
 #[test]
 fn a_clip_that_fbx_cannot_time_is_refused() {
     assert_eq!(end(30.0, 30.0).unwrap(), SECOND as i64);
-    // A thousandth of a frame a second for a million frames is 30 years.
+    // A million frames at a thousandth of a frame per second last 30 years.
     assert_eq!(end(1e6, 1e-3).unwrap_err().code(), Code::LimitExceeded);
 }

@@ -1,4 +1,4 @@
-//! Files that get further animations: everything else keeps its bytes.
+//! Files that get further animations. Everything else keeps its bytes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use mocap::{Code, Importer};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-/// The text of a character as no writer makes it: blanks, numbers of all spellings, sections and extensions of its own.
+/// The text of a character as no writer makes it: blanks, all spellings of numbers, sections and extensions of its own.
 const TEXT: &str = r#"{ "asset" : {"version":"2.0","extras":{"a" : 1.0e0}},
   "extensionsUsed":["MY_own"],   "extensions": { "MY_own": [1.50, -0, 1E3] },
   "scene":0, "scenes":[ { "nodes":[0] } ],
@@ -71,7 +71,7 @@ fn character(bytes: &[u8], name: &str) -> Character {
     Importer::new().import_character(&path).unwrap()
 }
 
-/// A nod of the last node of a scene, over half a second.
+/// An animation of half a second in which the last node of a scene nods.
 fn nod(node: usize, name: &str) -> Animation {
     Animation {
         name: "nod".to_owned(),
@@ -91,7 +91,7 @@ fn nod(node: usize, name: &str) -> Animation {
     }
 }
 
-/// A character with two keys of an animation behind its vertex.
+/// A character with two keys of an animation after its vertex.
 fn odd_character() -> (String, Vec<u8>) {
     let accessors = concat!(
         r#","count":1,"type":"VEC3","min":[1,2,3],"max":[1.0,2.0,3.0]},"#,
@@ -152,7 +152,7 @@ fn a_glb_keeps_every_byte_and_gets_animations() {
         }
     }
 
-    // As another reader sees it, and ours.
+    // The nodes, as another reader and our reader see them.
     let document = gltf::Gltf::from_slice(&written).unwrap();
     let names: Vec<_> = document
         .animations()
@@ -239,7 +239,7 @@ fn a_vrm_file_states_its_bones() {
     let joint = |character: &Character, bone| character.humanoid().unwrap().joint(bone);
     assert_eq!(joint(&one, Bone::Hips), Some(NodeId(0)));
     assert_eq!(joint(&one, Bone::LeftThumbProximal), Some(NodeId(2)));
-    // VRM 0 calls the thumb's joints as those of other fingers.
+    // VRM 0 names the joints of a thumb like the joints of other fingers.
     let zero = r#""VRM":{"humanoid":{"humanBones":[{"bone":"hips","node":1},{"bone":"leftThumbProximal","node":2}]}}"#;
     let zero = read(zero);
     assert_eq!(joint(&zero, Bone::Hips), Some(NodeId(1)));
@@ -272,7 +272,7 @@ fn a_vrm_file_states_its_bones() {
     assert_eq!(error.code(), Code::UnknownFormat);
 }
 
-/// Whatever the bytes are, there is an error or a file that reads as the scene with one animation more.
+/// Any bytes give an error, or a file that reads as the scene with one further animation.
 #[test]
 fn no_byte_that_is_wrong_or_missing_brings_it_down() {
     let (text, bin) = odd_character();
@@ -314,7 +314,7 @@ fn a_first_buffer_without_bytes_stays_as_it_is() {
     let text = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"name":"a"}],
         "buffers":[{"byteLength":4,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]}"#;
     let mut file = glb(text, b"", &[]);
-    // Without the empty binary chunk.
+    // Removes the empty binary chunk.
     file.truncate(file.len() - 8);
     let length = (file.len() as u32).to_le_bytes();
     file[8..12].copy_from_slice(&length);

@@ -1,4 +1,4 @@
-//! Indices that point at nothing, in what is passed through: none is written, each is said.
+//! Indices without a target in passed-through contents: the writer writes none of them and reports each.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use mocap::verify::report::Verification;
 use mocap::{Code, Exporter, Format, Importer, Scene};
 use serde_json::{Value, json};
 
-/// An index that is beyond every list.
+/// An index beyond the end of every list.
 const NOWHERE: u64 = 4_294_967_295;
 
 fn file(name: &str) -> Value {
@@ -17,12 +17,12 @@ fn import(json: &Value) -> Scene {
     Importer::new().read(json.to_string().as_bytes(), "a.gltf").unwrap()
 }
 
-/// The JSON of what is written of a scene, which another reader takes.
+/// The JSON of a written scene, which another reader accepts.
 fn written(scene: &Scene) -> Value {
     let files = Exporter::new().write(scene, Format::Gltf).unwrap();
     let bytes = files.into_bytes().unwrap();
     if let Err(gltf::Error::Validation(faults)) = gltf::Gltf::from_slice(&bytes) {
-        // An accessor without a view has zeros, says glTF; the crate wants a view.
+        // By the glTF specification, an accessor without a view has zeros. The crate requires a view.
         let is_of_zeros = |path: &str| path.starts_with("accessors[") && path.ends_with("].bufferView");
         assert!(faults.iter().all(|(path, _)| is_of_zeros(path.as_str())), "{faults:?}");
     }
@@ -31,7 +31,7 @@ fn written(scene: &Scene) -> Value {
     serde_json::from_slice(&gltf::Glb::from_slice(&bytes).unwrap().json).unwrap()
 }
 
-/// Whether a number that points nowhere is left anywhere.
+/// Whether an index without a target remains anywhere.
 fn has_nowhere(value: &Value) -> bool {
     match value {
         Value::Array(items) => items.iter().any(has_nowhere),
@@ -40,7 +40,7 @@ fn has_nowhere(value: &Value) -> bool {
     }
 }
 
-/// `json` with `value` at a pointer, whose objects are made where they are missing.
+/// `json` with `value` at a pointer. Missing objects are created.
 fn with(json: &Value, pointer: &str, value: &Value) -> Value {
     let mut json = json.clone();
     let mut at = &mut json;
@@ -61,7 +61,7 @@ fn with(json: &Value, pointer: &str, value: &Value) -> Value {
     json
 }
 
-/// Of each list of a mesh with a texture and a skin an index that points at nothing, and what is gone.
+/// For each list of a mesh with a texture and a skin: an index without a target, and the removed contents.
 #[test]
 fn an_index_that_points_at_nothing_is_said_and_not_written() {
     let cases = [
@@ -120,12 +120,12 @@ fn an_index_that_points_at_nothing_is_said_and_not_written() {
         );
         let json = written(&scene);
         assert!(!has_nowhere(&json), "{pointer}: {json}");
-        // What moves is there.
+        // The moving parts remain.
         assert_eq!(json["skins"].as_array().unwrap().len(), 1, "{pointer}");
     }
 }
 
-/// The lists of VRM: what a file states of its bones, of what is seen, of springs.
+/// The lists of VRM: bones, visibility and springs.
 #[test]
 fn extensions_of_vrm_name_nothing_that_is_not_there() {
     let vrm1 = file("skeletons/human_vrm1.gltf");
@@ -148,7 +148,7 @@ fn extensions_of_vrm_name_nothing_that_is_not_there() {
         "/extensions/VRM/materialProperties/0/textureProperties/_MainTex",
         "/nodes/1/extensions/VRMC_node_constraint/constraint/roll/source",
     ];
-    // A character of a few kilobytes, to which a mesh is added: a file without one is not kept.
+    // A character of a few kilobytes gets a mesh, because a file without a mesh is not kept.
     let mut sound = file("made/two_bones_textured.gltf");
     let motion = mocap::import("../../fixtures/made/two_bones_textured.gltf")
         .unwrap()
@@ -169,7 +169,7 @@ fn extensions_of_vrm_name_nothing_that_is_not_there() {
         let bytes = character.with_animations(&motion, false).unwrap();
         assert!(!has_nowhere(&serde_json::from_slice(&bytes).unwrap()), "{pointer}");
     }
-    // VRM 0 writes -1 for nothing.
+    // VRM 0 writes -1 for no target.
     sound["extensions"] = json!({"VRM": {"firstPerson": {"firstPersonBone": -1}, "meta": {"texture": -1}}});
     let scene = import(&sound);
     assert!(
@@ -189,20 +189,20 @@ fn extensions_of_vrm_name_nothing_that_is_not_there() {
     );
 }
 
-/// A file in which nothing is wrong keeps its bytes, and one with a broken index all that does not name it.
+/// A correct file keeps its bytes. A file with a broken index keeps everything that does not use the index.
 #[test]
 fn the_rest_of_a_file_with_a_broken_index_stays() {
     let sound = file("made/two_bones_textured.gltf");
     let broken = with(&sound, "/nodes/2/camera", &NOWHERE.into());
     let (mut sound, mut mended) = (written(&import(&sound)), written(&import(&broken)));
     for json in [&mut sound, &mut mended] {
-        // They name the input by its digest.
+        // The animations name the input by its digest.
         json["animations"] = Value::Null;
     }
     assert_eq!(sound, mended);
 }
 
-/// Pointers of animations are texts, not numbers.
+/// Pointers of animations are strings, not numbers.
 #[test]
 fn a_pointer_of_an_animation_that_leads_nowhere_is_said_and_not_written() {
     let sound = file("made/two_bones_textured.gltf");

@@ -1,4 +1,4 @@
-//! Names, containers, and what is refused.
+//! Tests the names, the containers and the refused scenes of glTF files.
 
 use std::collections::HashMap;
 
@@ -102,7 +102,7 @@ fn nothing_empty_is_written() {
         scene.meshes[0].vertices.fill(Vec3::ZERO);
         scene
     };
-    // The mesh without any area is a marker in the file.
+    // A mesh without any area becomes a marker in the file.
     for (scene, nodes) in [(empty, 0), (flat, 2), (collapsed, 3)] {
         let text = text_of(&scene);
         assert!(!text.contains("[]") && !text.contains("{}"), "{text}");

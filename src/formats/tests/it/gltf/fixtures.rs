@@ -1,4 +1,4 @@
-//! Real files, through the library into glTF and back, against their own text.
+//! Real files: read by the library, written as glTF, read back, and compared with their own text.
 
 use mocap::glam::DVec3;
 use mocap::gltf::GltfOptions;
@@ -7,8 +7,8 @@ use mocap::process::{KeyTolerance, SkeletonMesh};
 use super::read::Read;
 use crate::kinematics::{Capture, Root};
 
-/// Asserts that the glTF of a fixture puts every node, at every frame, within 1e-5 of the skeleton's height of the
-/// place where the text of the fixture puts it.
+/// Asserts that in the glTF of a fixture every node has its position by the text of the fixture, in every frame. The
+/// tolerance is 1e-5 of the skeleton's height.
 #[track_caller]
 fn assert_survives(file: &str) {
     let bytes = std::fs::read(format!("../../fixtures/real/{file}")).unwrap();

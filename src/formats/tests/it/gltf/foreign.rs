@@ -1,4 +1,4 @@
-//! Files as other programs write them, made here number by number.
+//! Files as other programs write them, built here number by number.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use mocap::scene::{NodeId, NodeKind, Scene};
 use mocap::{Clips, Code, Importer, Limits, Pose, SkeletonMesh};
 use serde_json::{Value, json};
 
-/// A file in the making: JSON, and the bytes of its one buffer.
+/// A file under construction: JSON, and the bytes of its only buffer.
 struct GltfDraft {
     json: Value,
     bytes: Vec<u8>,
@@ -54,7 +54,7 @@ impl GltfDraft {
         )
     }
 
-    /// An animation of one channel.
+    /// Adds an animation with one channel.
     fn clip<const N: usize>(&mut self, name: &str, target: Value, times: &[f32], values: &[[f32; N]], way: &str) {
         let times: Vec<_> = times.iter().map(|time| [*time]).collect();
         let (input, output) = (self.floats(&times), self.floats(values));
@@ -97,7 +97,7 @@ fn read(bytes: &[u8]) -> mocap::Result<Scene> {
     Importer::new().skeleton_mesh(SkeletonMesh::None).read(bytes, "a.gltf")
 }
 
-/// Where a node is at `seconds` of an animation.
+/// The position of a node at `seconds` of an animation.
 fn place(scene: &Scene, animation: usize, node: u32, seconds: f64) -> Vec3 {
     let rate = scene.animations[animation].ticks_per_second;
     Pose::at_tick(scene, animation, seconds * rate)
@@ -125,7 +125,7 @@ fn nodes_of_one_name_and_of_none_are_driven_by_their_index() {
         if name != Value::Null {
             tip["name"] = name.clone();
         }
-        // The one that moves is not the first of its name.
+        // The moving node is not the first with its name.
         let mut file = GltfDraft::new(json!([node(json!([1])), node(json!([2])), tip]));
         file.clip(
             "bend",
@@ -163,7 +163,7 @@ fn steps_hold_until_the_next_key() {
     ] {
         assert_eq!(place(&scene, 0, 0, seconds).x, x, "{seconds}");
     }
-    // And they come out as steps again.
+    // Steps are written as steps again.
     let glb = mocap::gltf::GltfOptions::default().write_glb(&scene).unwrap();
     let again = Importer::new().read(&glb, "again.glb").unwrap();
     for (seconds, x) in [(0.9999, 0.0), (1.0001, 2.0), (2.4999, 2.0), (2.5, 5.0)] {
@@ -180,13 +180,13 @@ fn a_motion_shorter_than_any_frame_is_a_pose_and_is_said_to_be() {
     let scene = file.read();
     assert_eq!(scene.animations[0].channels[0].position_keys.values, [Vec3::X]);
     assert_eq!(scene.warnings[0].code, Code::FrameTime);
-    // What is written of it is what was read.
+    // The output has the motion that was read.
     let bvh = mocap::Exporter::new().write(&scene, mocap::scene::Format::Bvh).unwrap();
     let again = Importer::new().read(&bvh.files[0].bytes(), "again.bvh").unwrap();
     assert_eq!(again.animations[0].frame_count(), 1);
 }
 
-/// glTF's equation, written out for one component.
+/// glTF's equation for one component.
 fn hermite(t: f64, seconds: f64, [start, out, into, end]: [f64; 4]) -> f64 {
     (2.0 * t.powi(3) - 3.0 * t.powi(2) + 1.0) * start
         + seconds * (t.powi(3) - 2.0 * t.powi(2) + t) * out
@@ -227,7 +227,7 @@ fn cubic_curves_are_followed_between_their_keys() {
         let t = f64::from(step) / 97.0;
         let expected = hermite(t, 2.0, [1.0, 8.0, -6.0, 3.0]);
         let found = f64::from(place(&scene, 0, 0, 2.0 * t).x);
-        // The times of samples are 32-bit numbers too.
+        // The times of samples are also 32-bit numbers.
         assert!((found - expected).abs() < 2e-5, "{t}: {found}, not {expected}");
         let (z, w) = (
             hermite(t, 2.0, [0.0, 1.5, 0.0, 1.0]),
@@ -445,7 +445,7 @@ fn accessors_that_are_shared_do_not_multiply_a_file() {
     let channel = file.json["animations"][0]["channels"][0].clone();
     file.json["animations"][0]["channels"] = vec![channel; 2_000].into();
     file.fails(Code::LimitExceeded, "/accessors/1/count");
-    // Zeros that no byte stands for.
+    // Zeros without stored bytes.
     let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     file.clip(
         "t",
@@ -561,7 +561,7 @@ fn a_frame_rate_is_found_for_sparse_and_for_uneven_keys() {
         );
         file.read().animations[0].ticks_per_second
     };
-    // Keys a second apart, keys on frames of 24 a second of which some are left out, a step made of two keys.
+    // Three cases: keys one second apart, keys on some frames at 24 per second, and a step made of two keys.
     assert!((frames(&[0.0, 1.0, 2.0]) - 30.0).abs() < 1e-6);
     assert!((frames(&[0.0, 1.0 / 24.0, 0.5, 0.75]) - 24.0).abs() < 1e-6);
     assert!((frames(&[0.0, 0.5, 0.500001, 1.0]) - 24.0).abs() < 1e-6);
@@ -631,13 +631,13 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
         options.scale_warning(&file.read()).unwrap()
     };
     use mocap::bvh::Channels::{Auto, Three};
-    // The tip ends at (0, 1, 0); a bone of length 2 puts it at (0, 2, 0).
+    // The tip ends at (0, 1, 0). A bone of length 2 moves it to (0, 2, 0).
     let text = warning(json!([2, 1, 1]), Three).unwrap().to_string();
     assert!(
         text.contains("up to 1.000000 m from their positions in the scene, the farthest in frame 30"),
         "{text}"
     );
-    // Position channels hold every place, and lengths a scale that is the same along all axes.
+    // Position channels can store every position, and lengths can store a uniform scale.
     assert_eq!(warning(json!([2, 1, 1]), Auto), None);
     assert_eq!(warning(json!([2, 2, 2]), Three), None);
     assert_eq!(warning(json!([1, 1, 1]), Three), None);
@@ -652,7 +652,7 @@ fn an_end_site_with_a_child_is_a_joint() {
     ]));
     let scene = file.read();
     assert_eq!(scene.nodes[1].kind, NodeKind::Joint);
-    // An End Site of BVH has no children, whoever made the scene.
+    // An End Site of BVH has no children, whatever built the scene.
     let mut made = scene.clone();
     made.nodes[1].kind = NodeKind::EndSite;
     for scene in [scene, made] {

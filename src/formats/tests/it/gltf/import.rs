@@ -1,4 +1,4 @@
-//! Written files read back into a scene; files of other programs; files of nobody.
+//! Written files that are read back to a scene, files of other programs, and invalid files.
 
 use mocap::Exporter;
 use mocap::glam::{Mat4, Quat, Vec3};
@@ -17,7 +17,7 @@ fn round_trip(scene: &Scene) -> Scene {
     read(&GltfOptions::new().keep_constant(true).write_glb(scene).unwrap()).unwrap()
 }
 
-/// Asserts that nodes have the same names, kinds and parents, and stand in the same places at every frame.
+/// Asserts that nodes have the same names, kinds and parents, and the same positions in every frame.
 #[track_caller]
 fn assert_same(read: &Scene, written: &Scene) {
     let shape = |node: &Node| (node.name.clone(), node.kind, node.parent);
@@ -102,7 +102,7 @@ fn several_roots_get_a_group() {
         node("b", Some(1), Vec3::Y),
         node("c", Some(0), Vec3::Z),
     ];
-    // Without the group, as other programs write it.
+    // The file lacks the group, as in files of other programs.
     let glb = GltfOptions::default().write_glb(&scene).unwrap();
     let text = json_of(&glb)
         .replace(r#""nodes":[0]"#, r#""nodes":[1,3]"#)
@@ -156,9 +156,9 @@ fn what_is_wrong_is_said() {
     let glb = GltfOptions::default().write_glb(&walker(5)).unwrap();
     let text = json_of(&glb);
     let changed = [
-        // The leg hangs on itself.
+        // The leg is its own child.
         text.replace(r#""children":[2]"#, r#""children":[1]"#),
-        // The last sampler's output is two bytes longer than the buffer.
+        // The output of the last sampler ends two bytes after the buffer.
         text.replace(r#""byteLength":"#, r#""byteOffset":2,"byteLength":"#),
         text.replace(r#""type":"SCALAR""#, r#""type":"VEC3""#),
         text.replace(
@@ -182,7 +182,7 @@ fn what_is_wrong_is_said() {
     }
 }
 
-/// Every prefix, and every byte set to three other values: an error or a valid scene, and never a panic.
+/// Every prefix, and every byte set to three other values, gives an error or a valid scene, and never a panic.
 #[test]
 fn no_bytes_do_harm() {
     let glb = GltfOptions::default().write_glb(&walker(2)).unwrap();

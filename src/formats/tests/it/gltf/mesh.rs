@@ -1,4 +1,4 @@
-//! Meshes and skins.
+//! Tests meshes and skins of glTF files.
 
 use gltf::mesh::util::{ReadJoints, ReadWeights};
 use mocap::glam::{DVec3, Mat4, Vec3};
@@ -52,12 +52,12 @@ fn a_skinned_mesh_stands_at_the_scene_root_and_follows_its_joints() {
         let joint = usize::from(joint[0]);
         let bind = Mat4::from_cols_array_2d(&inverse_bind[joint]).as_dmat4();
         let moved = (world[joint] * bind).transform_point3(vertex.as_dvec3());
-        // Each joint's triangle has its corners at (0 0 0), (0 1 0) and (1 0 0) in the joint's space.
+        // The triangle of each joint has its corners at (0 0 0), (0 1 0) and (1 0 0) in the joint's space.
         let corners = [DVec3::ZERO, DVec3::Y, DVec3::X].map(|corner| expected[joint].transform_point3(corner));
         assert!(corners.iter().any(|corner| corner.distance(moved) < 1e-4), "{moved}");
     }
 
-    // The corners run counter-clockwise around the normal that the scene's mesh has.
+    // The corners run counter-clockwise around the normal of the scene's mesh.
     let indices: Vec<_> = reader
         .read_indices()
         .unwrap()
@@ -99,7 +99,7 @@ fn rigid_meshes_stay_on_their_nodes_and_need_no_skin() {
     assert_eq!(holders, [0, 3]);
 }
 
-/// Joints in one place have no link to draw, and a client that wants a mesh for its skin gets one that moves with the
+/// Joints at one position have no link to draw. A client that needs a mesh for the skin gets a mesh that moves with the
 /// joint.
 #[test]
 fn a_skeleton_without_extent_has_a_marker() {
@@ -201,7 +201,7 @@ fn the_four_joints_of_a_vertex_share_255() {
         panic!("weights are 8 bits")
     };
     assert_eq!(joints.next(), Some([1, 2, 3, 4]));
-    // 0.3, 0.3, 0.2 and 0.1001 of 0.9001, in 255ths.
+    // The weights 0.3, 0.3, 0.2 and 0.1001 of 0.9001, in 255ths.
     assert_eq!(weights.next(), Some([85, 85, 57, 28]));
 }
 

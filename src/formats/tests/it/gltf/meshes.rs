@@ -1,4 +1,4 @@
-//! Meshes that are read: their vertices, bones, materials and textures.
+//! Meshes that are read: vertices, bones, materials and textures.
 
 use mocap::glam::{Vec2, Vec3};
 use mocap::render::{Clip, Page, PageClip};
@@ -28,7 +28,7 @@ fn a_skin_has_its_vertices_bones_and_texture() {
     // The file has no normals; the bar faces +Z.
     assert!(mesh.normals.iter().all(|normal| *normal == Vec3::Z));
     assert_eq!(mesh.bones[1].offset_matrix.w_axis.truncate(), Vec3::new(0.0, -1.0, 0.0));
-    // Half and half where the bones meet.
+    // Where the bones meet, both weights are a half.
     let halves = mesh.bones.iter().map(|bone| {
         let mut weights = bone.weights.iter();
         weights.find(|weight| weight.vertex_id == 4).map(|weight| weight.weight)
@@ -60,7 +60,7 @@ fn a_mesh_without_a_skin_follows_its_node() {
     file["nodes"][2]["translation"] = json!([5.0, 0.0, 0.0]);
     let scene = read(&file);
     assert_eq!(scene.warnings, []);
-    // The node that only shows the mesh is left out, so the mesh is moved by the one above it.
+    // The node that only shows the mesh is omitted, so the node above it moves the mesh.
     let bone = &scene.meshes[0].bones[0];
     assert_eq!(bone.name, "upper");
     assert_eq!(bone.offset_matrix.w_axis.truncate(), Vec3::new(5.0, 0.0, 0.0));
@@ -143,7 +143,7 @@ fn what_is_broken_is_left_out_with_a_warning() {
     }
 }
 
-/// A mesh that many nodes show is said to be broken once.
+/// A broken mesh that many nodes show gives one warning.
 #[test]
 fn a_mesh_left_out_of_many_nodes_is_one_warning() {
     const NODES: u64 = 300;
@@ -162,7 +162,7 @@ fn a_mesh_left_out_of_many_nodes_is_one_warning() {
         .iter()
         .map(|warning| (warning.code, warning.count))
         .collect();
-    // The mesh that is not read, and what is not passed through: the index, and all that needs it.
+    // The skipped mesh, and the contents that are not passed through: the index, and everything that needs the index.
     let expected = [
         (Code::IgnoredMesh, NODES),
         (Code::InvalidGltf, 1),
@@ -225,7 +225,7 @@ fn a_skin_that_is_too_large_is_left_out_of_a_page() {
     let clip = |scene: &Scene| Page::new(&[PageClip::new(Clip { name: "bar", scene })]);
     let small = clip(&scene);
     assert!(small.skins > 0 && small.textures > 0 && small.left_out == [Vec::<String>::new()]);
-    // The same skin twice is on the page once.
+    // The page contains a repeated skin once.
     let shown = Clip {
         name: "bar",
         scene: &scene,
@@ -243,7 +243,7 @@ fn a_skin_that_is_too_large_is_left_out_of_a_page() {
     let report = clip(&scene);
     assert_eq!((report.skins, report.textures), (0, 0));
     assert!(
-        report.left_out[0][0].contains("only the skeleton is shown"),
+        report.left_out[0][0].contains("the page shows only the skeleton"),
         "{:?}",
         report.left_out
     );

@@ -1,4 +1,4 @@
-//! Channels, times and constant tracks.
+//! Tests channels, times and constant tracks of glTF files.
 
 use std::collections::HashSet;
 
@@ -39,14 +39,14 @@ fn only_what_moves_is_a_channel_and_all_channels_share_their_times() {
         ("Hips", Property::Translation),
         ("Hips", Property::Rotation),
         ("Leg", Property::Rotation),
-        // One key: it is bent all the time, and not at rest.
+        // The track has one key, because the joint is bent all the time, unlike at rest.
         ("Neck", Property::Rotation),
     ];
     assert_eq!(targets, expected.map(|(name, property)| (name.to_owned(), property)));
     let inputs: HashSet<_> = animation.samplers().map(|sampler| sampler.input().index()).collect();
     assert_eq!(inputs.len(), 2);
 
-    // The neck stands straight in its node.
+    // The node of the neck has no rotation.
     let (translation, rotation, _) = read.document.nodes().nth(3).unwrap().transform().decomposed();
     assert_eq!(translation, [0.0, 60.0, 0.0]);
     assert!(Quat::from_array(rotation).abs_diff_eq(Quat::IDENTITY, 1e-7));
@@ -99,7 +99,7 @@ fn keys_that_32_bit_times_cannot_tell_apart_are_dropped_and_counted() {
     scene.animations[0].channels.truncate(1);
     let channel = &mut scene.animations[0].channels[0];
     channel.position_keys = Keys::constant(Vec3::ZERO);
-    // 32-bit floats near 2^24 are 1 and then 2 apart.
+    // 32-bit floats near 2^24 are first 1 and then 2 apart.
     channel.rotation_keys.ticks = Some(vec![16_777_215.0, 16_777_216.0, 16_777_216.25, 16_777_218.0]);
     channel.rotation_keys.values = [0.0, 0.1, 0.2, 0.3].map(Quat::from_rotation_x).to_vec();
     let document = Document::new(&scene, &GltfOptions::default()).unwrap();
@@ -160,7 +160,7 @@ fn a_take_that_stands_still_keeps_its_length() {
     let read = Read::scene(&scene);
     let animation = read.document.animations().next().unwrap();
     let samplers: Vec<_> = animation.samplers().collect();
-    // The neck that is bent, and the hips that are held for all the time.
+    // The two channels belong to the neck, which stays bent, and to the hips, which stay where they are.
     assert_eq!(samplers.len(), 2);
     assert_eq!(read.floats(&samplers[1].input()), [0.0, 2.0]);
     assert_same_motion(&scene, &read, 2, 1e-4);

@@ -1,4 +1,4 @@
-//! A file as the `gltf` crate reads it, played by a kinematics of its own.
+//! A file as the `gltf` crate reads it, posed by separate kinematics.
 
 use gltf::animation::Interpolation;
 use gltf::animation::util::ReadOutputs;
@@ -57,7 +57,7 @@ impl Read {
         self.document.nodes().map(|node| node.name().unwrap()).collect()
     }
 
-    /// The node to world matrix of every node at `seconds`.
+    /// The node-to-world matrix of every node at `seconds`.
     pub(crate) fn world(&self, seconds: f32) -> Vec<DMat4> {
         let rest = |node: gltf::Node| {
             let (t, r, s) = node.transform().decomposed();
@@ -111,7 +111,7 @@ impl Track {
     }
 }
 
-/// The value at `seconds`: on the way between the two keys around it, else that of the nearest key.
+/// The value at `seconds`: interpolated between the two keys around it, otherwise the value of the nearest key.
 fn blend<T: Copy>(times: &[f32], values: &[T], seconds: f32, mix: impl Fn(T, T, f64) -> T) -> T {
     assert_eq!(times.len(), values.len());
     let next = times.partition_point(|&time| time <= seconds);

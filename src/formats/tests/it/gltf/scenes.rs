@@ -1,4 +1,4 @@
-//! Scenes to write, and where their nodes stand.
+//! Scenes to write, and the positions of their nodes.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Node, NodeId,
 
 use super::read::Read;
 
-/// The node to world matrix of every node of `scene` at a frame, from its keys alone.
+/// The node-to-world matrix of every node of `scene` in a frame, from its keys only.
 pub(crate) fn world_of_scene(scene: &Scene, frame: usize) -> Vec<DMat4> {
     let mut local: Vec<_> = scene.nodes.iter().map(|node| node.transform.as_dmat4()).collect();
     let mut used = HashMap::new();
@@ -34,7 +34,7 @@ pub(crate) fn world_of_scene(scene: &Scene, frame: usize) -> Vec<DMat4> {
     world
 }
 
-/// Asserts that the file stands as the scene does at every one of `frames` frames.
+/// Asserts that file and scene have the same pose in each of `frames` frames.
 pub(crate) fn assert_same_motion(scene: &Scene, read: &Read, frames: usize, tolerance: f64) {
     let ticks_per_second = scene.animations[0].ticks_per_second;
     for frame in 0..frames {
@@ -66,7 +66,7 @@ pub(crate) fn end_site(name: &str, parent: u32, offset: Vec3) -> Node {
     }
 }
 
-/// Hips that walk and turn, a leg that swings, and a neck that is bent and stays so.
+/// Hips that walk and turn, a leg that swings, and a neck that stays bent.
 pub(crate) fn walker(frames: usize) -> Scene {
     let nodes = vec![
         node("Hips", None, Vec3::new(0.0, 90.0, 0.0)),
@@ -117,8 +117,8 @@ pub(crate) fn walker(frames: usize) -> Scene {
     }
 }
 
-/// A mesh with a triangle for every node of `scene`, tied to it, in the rest pose; corners clockwise from outside and
-/// no corner shared, as skeleton meshes are built.
+/// A mesh with a triangle for every node of `scene`, bound to the node in the rest pose. Corners run clockwise from
+/// outside, and triangles share no corner, as in skeleton meshes.
 pub(crate) fn with_skinned_mesh(mut scene: Scene) -> Scene {
     let mut mesh = Mesh::default();
     for (index, matrix) in world_of_scene(

@@ -1,4 +1,4 @@
-//! The text of glTF.
+//! Tests the JSON text of glTF files.
 
 use gltf_json::{Index, Root};
 use mocap_formats::internals::gltf::{Animation, Channel, Sampler, ShortNumbers, Target, write};

@@ -1,4 +1,4 @@
-//! Keys in the middle of half a turn.
+//! Keys that are inserted in the middle of half a turn.
 
 use mocap::glam::Quat;
 use mocap::scene::Keys;
@@ -13,7 +13,7 @@ fn half_a_turn_has_a_key_in_its_middle() {
     assert_eq!(with_middle.ticks.as_deref(), Some([41.0, 42.0, 43.0].as_slice()));
     let middle = keys(43.0).sample(42.0).expect("there are keys");
     assert_eq!(with_middle.values, [start, middle, end]);
-    // A quarter of a turn on either side: the way is no longer open.
+    // Each side has a quarter turn, so the direction is unique.
     for end in [start, end] {
         assert!(middle.dot(end).abs() > 0.7);
     }

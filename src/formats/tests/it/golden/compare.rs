@@ -1,4 +1,4 @@
-//! Two scenes side by side.
+//! Compares two scenes.
 
 use std::fmt;
 
@@ -7,12 +7,12 @@ use mocap::scene::{Channel, Keys, Mesh, Primitive, Scene};
 
 use super::truth::{Flags, Number, Truth, TruthChannel, TruthMesh};
 
-/// A place where the two scenes are not the same.
+/// A difference between the two scenes.
 #[derive(Debug)]
 pub(crate) struct Difference {
     pub(crate) file: String,
     pub(crate) flags: Flags,
-    /// What differs, from the general to the special: `mesh 3 vertices`.
+    /// The differing place, from the general to the specific: `mesh 3 vertices`.
     pub(crate) place: String,
     pub(crate) ours: String,
     pub(crate) theirs: String,
@@ -38,7 +38,7 @@ pub(crate) struct Comparison {
     differences: Vec<Difference>,
 }
 
-/// Share of a number, or of 1 if it is smaller, by which it may be off.
+/// The tolerance as a fraction of a number, or as an absolute value for numbers below 1.
 const TOLERANCE: f64 = 1e-5;
 
 impl Comparison {
@@ -89,7 +89,7 @@ impl Comparison {
     }
 
     fn mesh(&mut self, place: &str, mesh: &Mesh, truth: &TruthMesh) {
-        // Assimp has a bit for each kind of face.
+        // Assimp has one bit for each kind of face.
         let primitive_types = match mesh.primitive {
             Primitive::Points => 1,
             Primitive::Triangles => 4,
@@ -129,10 +129,12 @@ impl Comparison {
         }
     }
 
-    /// Compares directions: Assimp's normals are as long as twice their face's area, save where it normalises them.
+    /// Compares directions. The length of Assimp's normals is twice the area of their face, unless Assimp normalizes
+    /// them.
     ///
-    /// It takes them from positions that are rounded after the piece is placed in the whole skeleton, far from the
-    /// origin. So the smaller the face, the larger their error. Ours come from the piece before it is placed.
+    /// Assimp places the piece of mesh of each joint in the whole skeleton, far from the origin, and rounds the
+    /// positions. Then it computes normals from them, so the error grows as the face gets smaller. Our normals come
+    /// from the piece before it is placed.
     fn normals(&mut self, place: &str, mesh: &Mesh, truth: &TruthMesh) {
         self.equal(&format!("{place} count"), mesh.normals.len(), truth.normals.len());
         let rounding = self.reach * f64::from(f32::EPSILON);
@@ -143,7 +145,7 @@ impl Comparison {
             });
             let longest = (b - a).length().max((c - b).length()).max((a - c).length());
             let lowest = (b - a).cross(c - a).length() / longest;
-            // A face without a size has the normal X in both, so there is nothing to round.
+            // A face without an area has the normal X in both scenes, so there is no rounding.
             let tolerance = if lowest > 0.0 {
                 TOLERANCE.max(2.0 * rounding / lowest)
             } else {
@@ -182,7 +184,7 @@ impl Comparison {
         self.keys(&format!("{place} scales"), &channel.scaling_keys, &truth.scl, vector);
     }
 
-    /// A quaternion of the other sign is the same rotation, and a difference of its own.
+    /// A quaternion with the other sign is the same rotation, but counts as a separate difference.
     fn rotations(&mut self, place: &str, keys: &Keys<Quat>, truth: &[Vec<Number>]) {
         let mut keys = keys.clone();
         let mut flipped = 0;
@@ -212,7 +214,7 @@ impl Comparison {
         }
     }
 
-    /// Keeps the first pair that differs.
+    /// Records the first pair of numbers that differs.
     fn numbers(&mut self, place: &str, ours: impl IntoIterator<Item = f64>, theirs: impl IntoIterator<Item = f64>) {
         let known = self.differences.last().is_some_and(|last| last.place == place);
         let mut pairs = ours.into_iter().zip(theirs);

@@ -1,4 +1,4 @@
-//! The differences from Assimp, with reasons.
+//! The differences between our scenes and Assimp's scenes, with reasons.
 
 use super::compare::Difference;
 use super::truth::Flags;
@@ -8,9 +8,9 @@ use super::truth::Flags;
 pub(crate) struct IntendedDifference {
     /// Name of the BVH file.
     file: &'static str,
-    /// Absent where it shows with and without post-processing.
+    /// Absent if the difference occurs with and without post-processing.
     flags: Option<Flags>,
-    /// The place of the difference; a `*` stands for anything.
+    /// The place of the difference; `*` matches anything.
     place: &'static str,
     #[expect(dead_code, reason = "for people; printed with a row that explains nothing")]
     reason: &'static str,
@@ -46,7 +46,7 @@ pub(crate) const EXPLAINED: &[IntendedDifference] = &[
     ),
 ];
 
-/// Lines of the lecture's text: Assimp's, ours, and why.
+/// Lines of the lecture's text: Assimp's line, our line, and the reason.
 pub(crate) const EXPLAINED_LINES: &[(&str, &str, &str)] = &[
     (
         "rotnKey 1:  Time = 1 Value = 0.996195 0 0 0.0871558\n",

@@ -1,8 +1,8 @@
-//! Assimp's answers in `fixtures/assimp`.
+//! Reads Assimp's results from `fixtures/assimp`.
 
 use serde::Deserialize;
 
-/// The post-processing that was asked of Assimp.
+/// The post-processing that Assimp applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Flags {
     None,
@@ -61,7 +61,7 @@ pub(crate) struct TruthAnimation {
     pub(crate) channels: Vec<TruthChannel>,
 }
 
-/// Each key is its tick and its value.
+/// Each key is a tick and a value.
 #[derive(Deserialize)]
 pub(crate) struct TruthChannel {
     pub(crate) node: String,
@@ -102,7 +102,7 @@ pub(crate) fn fixture(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// Every answer that is there: the name of the BVH file, and what was asked for.
+/// Every available result: the name of the BVH file, and the post-processing.
 pub(crate) fn answers() -> Vec<(String, Flags)> {
     let mut answers = Vec::new();
     for entry in std::fs::read_dir(path("assimp")).unwrap() {

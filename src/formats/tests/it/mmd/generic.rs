@@ -1,4 +1,4 @@
-//! The generic model.
+//! Tests the model that is used for a motion of MikuMikuDance without a model.
 
 use mocap::scene::HumanoidBone as B;
 use mocap_formats::internals::mmd::{ARMS, bone as bone_named, model};
@@ -7,7 +7,7 @@ use mocap_formats::internals::mmd::{ARMS, bone as bone_named, model};
 fn its_bones_are_those_of_a_body() {
     let model = model();
     let bones: Vec<B> = model.bones.iter().filter_map(|bone| bone_named(&bone.name)).collect();
-    // The hips are what legs and trunk hang on.
+    // The hips are the parent of legs and trunk.
     assert!(B::REQUIRED.iter().all(|bone| *bone == B::Hips || bones.contains(bone)));
     let hand = &model.bones[model.find("左手首").unwrap()];
     let shoulder = &model.bones[model.find("左腕").unwrap()];

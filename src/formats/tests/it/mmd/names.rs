@@ -1,4 +1,4 @@
-//! Names of MMD.
+//! Tests the names of bones in MikuMikuDance (MMD).
 
 use mocap::scene::HumanoidBone as Bone;
 use mocap_formats::internals::mmd::{NAME_BYTES, bone, decode, encode, in_ascii, key, until_nul};
@@ -14,7 +14,7 @@ fn names_mean_bones_with_wide_letters_too() {
     assert_eq!(in_ascii("左足ＩＫ"), "左足IK");
 }
 
-/// By Python: `"左足ＩＫ".encode("cp932")`.
+/// The expected bytes come from Python: `"左足ＩＫ".encode("cp932")`.
 #[test]
 fn names_are_shift_jis() {
     let bytes = [0x8D, 0xB6, 0x91, 0xAB, 0x82, 0x68, 0x82, 0x6A];

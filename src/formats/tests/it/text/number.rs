@@ -1,4 +1,4 @@
-//! Numbers of text files.
+//! Tests the reading of numbers in text files.
 
 use mocap_formats::internals::number::parse;
 

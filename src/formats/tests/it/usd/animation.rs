@@ -1,10 +1,10 @@
-//! Halves as USD stores them.
+//! Tests half-precision numbers, as USD stores them.
 
 use mocap_formats::internals::usd::{STEP, half, half_of_scale};
 
 #[test]
 fn halves_are_those_of_numpy() {
-    // numpy.float16(x), as float32.
+    // The expected values are numpy.float16(x), as float32.
     for (value, expected) in [
         (1.0, 1.0),
         (0.01, 0.010_002_136),

@@ -1,4 +1,4 @@
-//! Archives of USD.
+//! Tests the archives of USD (`.usdz`).
 
 use mocap_formats::internals::usd::{ALIGNMENT, stage, write};
 use mocap_formats::usd::is_archive;

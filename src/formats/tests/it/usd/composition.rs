@@ -1,12 +1,12 @@
-//! What stands around a skeleton: comments, references, variants, and prims that move it. Places are worked out by
-//! hand.
+//! Contents around a skeleton: comments, references, variants, and prims that move the skeleton. Positions are computed
+//! by hand.
 
 use mocap::glam::Vec3;
 use mocap::{Code, Pose, Scene};
 
 use super::read;
 
-/// A skeleton of two joints in a prim, with `within` before it and `behind` after the prim.
+/// A skeleton of two joints in a prim. The text `within` is before the skeleton, and `behind` is after the prim.
 fn layer(root: &str, within: &str, behind: &str) -> String {
     let unit = "((1,0,0,0),(0,1,0,0),(0,0,1,0),(0,1,0,1))";
     format!(
@@ -64,17 +64,17 @@ fn prims_above_a_skeleton_move_it() {
     let scene = read(&layer("", moves, "")).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     near(tip(&scene, 0.0), [0.0, 2.0, 0.0]);
-    // The joint a turns by 45 degrees about Z, and by 90.
+    // The joint a rotates by 45 degrees about Z, and then by 90 degrees.
     let half = 0.5_f32.sqrt();
     near(tip(&scene, 10.0), [2.5 - half, 1.0 + half, 0.0]);
     near(tip(&scene, 20.0), [4.0, 1.0, 0.0]);
-    // A turn of 360 degrees, of which the two keys are one rotation, and a scale that stays.
+    // A rotation of 360 degrees, whose two keys are one rotation, and a constant scale.
     let turns = "float xformOp:rotateY.timeSamples = { 0: 0, 20: 360 }\n float3 xformOp:scale = (2, 2, 2)\n\
                  uniform token[] xformOpOrder = [\"xformOp:rotateY\", \"xformOp:scale\"]";
     let scene = read(&layer("", turns, "")).unwrap();
     near(tip(&scene, 10.0), [2.0 * half, 2.0 + 2.0 * half, 0.0]);
     near(tip(&scene, 20.0), [-2.0, 2.0, 0.0]);
-    // Without an animation of the skeleton, that of the prim.
+    // Without an animation of the skeleton, the animation of the prim remains.
     let still = layer("", moves, "").replace("SkelAnimation", "Scope");
     let scene = read(&still).unwrap();
     assert_eq!((scene.animations.len(), scene.animations[0].duration), (1, 20.0));
@@ -85,7 +85,7 @@ fn prims_above_a_skeleton_move_it() {
 fn the_selected_variant_is_read() {
     let sets = "variantSet \"model\" = {\n\"low\" { def Scope \"X\" { } }\n\"high\" ( doc = \"}\" ) {\n";
     let text = layer("( variants = { string model = \"high\" } )", sets, "");
-    // The set ends behind the skeleton and its animation.
+    // The set ends after the skeleton and its animation.
     let (before, after) = text.rsplit_once("}\n").unwrap();
     let selected = format!("{before}}}\n}}\n}}\n{after}");
     let scene = read(&selected).unwrap();
@@ -98,7 +98,7 @@ fn the_selected_variant_is_read() {
             "{message}"
         );
     }
-    // What the prim states is stronger than what its variant does.
+    // An opinion of the prim is stronger than an opinion of its variant.
     let sets = "double3 xformOp:translate = (1,0,0)\n variantSet \"place\" = { \"far\" {\n\
                 double3 xformOp:translate = (9,0,0)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n} }";
     let scene = read(&layer("( variants = { string place = \"far\" } )", sets, "")).unwrap();

@@ -1,4 +1,4 @@
-//! Meshes, materials and blend shapes that `usd-core` wrote, with where its UsdSkel has their points.
+//! Meshes, materials and blend shapes that `usd-core` wrote, with the positions that its UsdSkel computes.
 
 use mocap::glam::{Vec2, Vec3, Vec4};
 use mocap::scene::report::{DataKind, DataLoss};
@@ -7,8 +7,8 @@ use mocap::{Code, Importer, Pose, Scene, SkeletonMesh};
 
 const FACE: &str = "../../fixtures/made/face.usda";
 
-/// Points in the world in metres with +Z up, by `usd-core` 26.11: what `tools/usd/face.py` prints, and the tick of each
-/// time code. Code 7 is between keys.
+/// World positions of points in metres with +Z up, by `usd-core` 26.11, as `tools/usd/face.py` prints them, with the
+/// tick of each time code. Code 7 is between keys.
 const HEAD: [(f64, [[f32; 3]; 8]); 4] = [
     (
         0.0,
@@ -111,7 +111,7 @@ fn named<'a>(scene: &'a Scene, name: &'a str) -> impl Iterator<Item = &'a Mesh> 
     scene.meshes.iter().filter(move |mesh| mesh.name == name)
 }
 
-/// Where the vertices of a mesh are in the first animation, with its morph targets.
+/// The positions of the vertices of a mesh in the first animation, with its morph targets.
 fn vertices(scene: &Scene, mesh: &Mesh, tick: f64) -> Vec<Vec3> {
     let mut moved = mesh.clone();
     moved.vertices = mesh.vertices_without_targets().into_owned();
@@ -125,7 +125,7 @@ fn vertices(scene: &Scene, mesh: &Mesh, tick: f64) -> Vec<Vec3> {
     Pose::at_tick(scene, 0, tick).unwrap().skin(&moved)
 }
 
-/// A point with several normals is several vertices, so each side has to have all of the other.
+/// A point with several normals becomes several vertices, so each list must contain all positions of the other.
 #[track_caller]
 fn assert_are(found: &[Vec3], expected: &[[f32; 3]], what: &str) {
     let expected: Vec<Vec3> = expected.iter().copied().map(Vec3::from).collect();
@@ -158,8 +158,8 @@ fn points_move_as_pixars_library_moves_them() {
     }
 }
 
-/// Quadrangles are two triangles, whose corners turn about their normals as those of the file; those of the left-handed
-/// mesh stand the other way round.
+/// A quadrangle becomes two triangles, whose corners have the file's orientation around their normals. The left-handed
+/// mesh has the opposite orientation.
 #[test]
 fn faces_normals_and_places_on_textures_are_those_of_corners() {
     let scene = import();
@@ -174,11 +174,11 @@ fn faces_normals_and_places_on_textures_are_those_of_corners() {
                 assert!(mesh.normals[*corner as usize].distance(normal) < 1e-6);
             }
         }
-        // The upper left corner of an image is the origin of a scene, and the lower left one of USD.
+        // The origin is the upper left corner of an image in a scene, and the lower left corner in USD.
         let corners = [(0.0, 1.0), (1.0, 1.0), (1.0, 0.25), (0.0, 0.25)].map(Vec2::from);
         assert!(mesh.texture_coords.iter().all(|coords| corners.contains(coords)));
     }
-    // Each corner of the top, as its points stand in the file.
+    // The corners of the top, in the order of the points in the file.
     assert_eq!(hair.vertices.len(), 4);
     let teeth = named(&scene, "Teeth").next().unwrap();
     assert_eq!(teeth.indices, [0, 1, 2, 0, 2, 3]);
@@ -210,7 +210,7 @@ fn weights_are_those_of_names_in_each_animation() {
         assert_eq!(&target.weight_keys, expected, "{}", target.name);
         assert_eq!(target.weight, 0.0);
     }
-    // The chair, and the shape on the way to another.
+    // The chair, and the in-between shape.
     let lost = [(DataKind::Meshes, 1), (DataKind::MorphTargets, 1)].map(|(kind, count)| DataLoss::new(kind, count));
     assert_eq!(scene.metadata.lost, lost);
 }
@@ -227,7 +227,7 @@ fn shapes_that_are_not_asked_for_are_counted() {
             .find(|loss| loss.kind == kind)
             .map(|loss| loss.count)
     };
-    // Those of both meshes with the one between; `smile` and `frown` change.
+    // The shapes of both meshes, with the in-between shape; `smile` and `frown` change.
     assert_eq!(
         (lost(DataKind::MorphTargets), lost(DataKind::FaceCurves)),
         (Some(5), Some(2))
@@ -261,7 +261,7 @@ fn a_weight_that_stays_is_that_at_rest() {
     }
 }
 
-/// A mesh whose numbers do not fit each other is left out with a warning, and the others are read.
+/// A mesh with contradictory numbers is dropped with a warning, and the other meshes are read.
 #[test]
 fn meshes_with_wrong_numbers_are_left_out() {
     let text = std::fs::read_to_string(FACE).unwrap();
@@ -314,7 +314,7 @@ fn meshes_with_wrong_numbers_are_left_out() {
     assert_eq!(scene.animations.len(), 2);
 }
 
-/// Damage gives an error, or a scene that keeps the rules.
+/// A damaged file gives an error, or a valid scene.
 #[test]
 fn changed_bytes_give_an_error_or_a_valid_scene() {
     let whole = std::fs::read(FACE).unwrap();
@@ -323,7 +323,7 @@ fn changed_bytes_give_an_error_or_a_valid_scene() {
     for _ in 0..150 {
         let mut bytes = whole.clone();
         for _ in 0..3 {
-            // Numerical Recipes' generator.
+            // The generator of Numerical Recipes.
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let at = random as usize % bytes.len();
             bytes[at] = b"0123456789-.,()[]e"[random as usize / 65_536 % 18];

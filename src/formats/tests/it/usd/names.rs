@@ -1,4 +1,4 @@
-//! Names of prims.
+//! Tests the names of prims, the nodes of USD.
 
 use mocap_formats::internals::usd::Names;
 

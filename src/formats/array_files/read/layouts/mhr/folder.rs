@@ -26,11 +26,11 @@ pub struct BodyFrames {
 }
 
 impl BodyFrames {
-    /// Whether an array is read. An array without a name may hold dictionaries.
+    /// Whether the reader needs the array with this name. An array without a name may hold dictionaries.
     pub(in crate::array_files::read) fn reads(name: &str) -> bool {
         let names = [Kind::Joints.positions(), Kind::Keypoints.positions(), CAMERA, "fps"];
         let is_known = names.iter().chain(&ROTATIONS).any(|own| name.ends_with(own));
-        // The other arrays of the estimator. Its vertices are large.
+        // The reader skips the other arrays of the estimator, because the arrays of vertices are large.
         let is_other = name.starts_with("pred_") || name.ends_with("_params") || name.ends_with("mask");
         is_known || !is_other
     }

@@ -9,10 +9,10 @@ use mocap_scene::scene::{Confidence, HumanoidBone as Bone, Topic};
 use super::Sample;
 use crate::array_files::read::motion::Motion;
 
-/// The largest tilt of a camera in degrees. Beyond it, the body lies or does a handstand.
+/// The largest tilt of a camera in degrees. If a body seems tilted more, it lies or does a handstand.
 const MOST_TILT: f64 = 50.0;
 
-/// The length of the mean of unit posture directions below which they contradict each other.
+/// If the mean of the unit posture directions is shorter than this, the directions contradict each other.
 const STEADY: f64 = 0.5;
 
 /// The standard deviation of the height of the lower foot above the ground, in metres.
@@ -22,8 +22,8 @@ const FOOT_NOISE: f64 = 0.03;
 /// stays in place and may lean. In clips of 30 kinds of motion the median error of the mean is 3 degrees.
 const POSTURE_NOISE: [f64; 2] = [0.06, 0.14];
 
-/// The standard deviation of parallel soles, in radians: a median of 1.4 degrees in the same clips, and 11 in their
-/// last fifth.
+/// The standard deviation of the up direction from parallel soles, in radians. In the clips of `POSTURE_NOISE`, the
+/// median error is 1.4 degrees. In the fifth of the clips with the largest errors, it is 11 degrees.
 const SOLE_NOISE: f64 = 0.07;
 
 /// The largest angle in degrees between soles on the same ground.
@@ -32,24 +32,24 @@ const PARALLEL: f64 = 16.0;
 /// The largest height difference in metres between feet that stand side by side.
 const SIDE_BY_SIDE: f64 = 0.04;
 
-/// The smallest mean distance in metres between steps at which the ground below them is level.
+/// A body walks if the mean distance between its steps is at least this, in metres.
 const WALKED: f64 = 0.5;
 
 /// The height in metres of the ball joint above the sole, from the vertices of SAM 3D Body for standing feet.
 pub(super) const BALL_HEIGHT: f64 = 0.024;
 
 /// Points of the sole in metres, in the axes of the ball joint in the T-pose: below the joint, and at the end of the
-/// toes. They come from the same vertices as the heel.
+/// toes. These points and `HEEL` come from the same vertices.
 const BALL: [DVec3; 2] = [DVec3::new(0.0, -BALL_HEIGHT, 0.0), DVec3::new(0.0, -BALL_HEIGHT, 0.05)];
 
-/// The heel, relative to the parent of the ball joint, in its axes.
+/// The heel, relative to the parent of the ball joint, in the axes of this parent.
 const HEEL: DVec3 = DVec3::new(0.0, -0.05, -0.118);
 
 /// The rotation that makes the ground level.
 pub(super) struct Level {
     pub(super) turn: DQuat,
     tilt: f64,
-    /// The mean distance between steps.
+    /// The mean distance between steps, in metres.
     walked: f64,
     /// The number of frames with parallel soles.
     flat: usize,
@@ -58,8 +58,10 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Up is the mean of the postures, and of the parallel soles. If the lowest sole stands in several places, the
-    /// ground through them corrects the result. All are weighted by their deviations, as in least squares.
+    /// Finds the up direction. If the file states it, mocap uses it unchanged. Otherwise it is the mean of the postures
+    /// and of the normals of parallel soles. If the postures show no upright body, the camera counts as level. If the
+    /// lowest sole stands in several places, the ground through these places corrects the result. The standard
+    /// deviations determine the weights, as in least squares.
     pub(super) fn of(joints: &[Joint], frames: &[DQuat], samples: &[Sample], stated: Option<DVec3>) -> Self {
         let of = |up: DVec3, walked: f64, flat: usize| Self {
             turn: DQuat::from_rotation_arc(up, DVec3::Y),
@@ -125,12 +127,12 @@ impl Level {
                 format!("the camera is tilted by {tilt:.0} degrees"),
                 match flat {
                     0 => format!(
-                        "from feet and neck, and from the ground below steps at {walked:.1} m from their \
-                        middle"
+                        "feet, neck and the ground below the steps show this tilt; the mean distance of steps from \
+                        their centre is {walked:.1} m"
                     ),
                     flat => format!(
-                        "from feet and neck, from parallel soles in {}, and from the ground below steps at \
-                            {walked:.1} m from their middle",
+                        "feet, neck, parallel soles in {} and the ground below the steps show this tilt; the mean \
+                        distance of steps from their centre is {walked:.1} m",
                         counted(*flat, "frame")
                     ),
                 },

@@ -8,11 +8,12 @@ use super::{Kind, Sample};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// The largest mean displacement of a person's joints from one frame to the next, in metres. A person who is farther
-/// away is another one.
+/// The largest mean displacement of a person's joints from one frame to the next, in metres. A sample that is farther
+/// away belongs to another person.
 const FARTHEST: f64 = 1.0;
 
-/// The largest ratio of the wrong assignment's distance to the right one's at which two persons count as crossing.
+/// The largest ratio of two distances at which two persons count as crossing: the distance for the exchanged assignment
+/// over the distance for the chosen one.
 const CROSSING: f64 = 1.5;
 
 /// The largest number of persons in a message.
@@ -21,12 +22,12 @@ const NAMED: usize = 5;
 /// The frames of a person, with their positions in the take.
 pub(super) struct Person {
     pub(super) frames: Vec<(usize, Sample)>,
-    /// The name of the person, if there are others.
+    /// The name of the person; `None` if the take has no other person.
     pub(super) name: Option<String>,
 }
 
-/// The frames of the requested person, or of the person with the most frames. Persons of consecutive frames are joined
-/// by the smallest movement.
+/// The frames of the requested person, or of the person with the most frames. Samples of consecutive frames are
+/// assigned to persons so that joints move as little as possible.
 pub(super) fn only_person(
     frames: Vec<(usize, Vec<Sample>)>,
     options: &ReadOptions,
@@ -89,7 +90,7 @@ fn chosen(
         });
     }
     let longest = persons.iter().map(Vec::len).max().unwrap_or(0);
-    // On a tie, the first person.
+    // On a tie, the first person is chosen.
     let usual = persons.iter().position(|person| person.len() == longest).unwrap_or(0);
     let own = (options.person.as_ref()).and_then(|own| (0..persons.len()).find(|person| name(*person) == *own));
     let own = own.unwrap_or(usual);
@@ -118,7 +119,8 @@ fn chosen(
     })
 }
 
-/// The positions of frames in the take from their numbers, which rise by `step` from frame to frame.
+/// The position of each frame in the take, from the number of the frame. The number of a frame is larger by `step` than
+/// the number of the frame before.
 pub(super) fn places(frames: Vec<Frame>, step: u64) -> Vec<(usize, Vec<Sample>)> {
     let first = frames.first().map_or(0, |(number, _)| *number);
     let at = |number: u64| usize::try_from((number - first) / step).unwrap_or(usize::MAX);
@@ -156,7 +158,7 @@ pub(super) fn fill(
     if missing > 0 {
         warnings.push(Code::Gap, || {
             let message = format!("the person is missing, or not finite, in {missing} of {frames} frames");
-            Diagnostic::new(Code::Gap, message).help("the frames between were interpolated")
+            Diagnostic::new(Code::Gap, message).help("mocap interpolated the missing frames")
         });
     }
     if frames < all {

@@ -9,8 +9,8 @@ use crate::warnings::Warnings;
 
 /// Joints whose axes differ from their parent's axes in the T-pose. The angles in degrees about the fixed axes X, Y and
 /// Z rotate the parent's axes to the joint's axes, in an upright body. The right side is the mirror image of the left.
-/// The angles of a foot lay the sole flat, because the legs of the rig itself stand apart. They come from the vertices
-/// of standing feet in outputs of SAM 3D Body.
+/// The angles of a foot come from the vertices of standing feet in outputs of SAM 3D Body. They lay the sole flat,
+/// because the legs of the rig itself stand apart.
 const TURNED: [(&str, [f64; 3]); 18] = [
     ("l_foot", [0.5, -19.0, -4.5]),
     ("l_talocrural", [2.0, 1.5, 12.5]),
@@ -58,7 +58,7 @@ pub fn frames(joints: &[Joint]) -> Vec<DQuat> {
     frames
 }
 
-/// The axes of a joint in the middle or on the left.
+/// The axes of a joint in the T-pose. The joint is in the middle or on the left of the body.
 fn on_left(joints: &[Joint], name: &str) -> DQuat {
     if let Some(axes) = stated(name) {
         return DQuat::from_mat3(&axes);
@@ -81,11 +81,12 @@ fn mirrored(left: DQuat) -> DQuat {
     DQuat::from_xyzw(left.x, -left.y, -left.z, left.w) * DQuat::from_rotation_x(std::f64::consts::PI)
 }
 
-/// The difference in degrees between the rotations of wrist and palm, and of the middle finger and its axes, from which
-/// on rotations do not match positions. Hands of other bodies differ by less.
+/// From this angle in degrees, the rotations of a hand do not match its positions. The wrist must deviate from the
+/// palm, and a joint of the middle finger from its bone. Hands of other bodies deviate less.
 const MISFIT: f64 = 15.0;
 
-/// Rotates hands and fingers by their positions if their rotations do not match.
+/// Computes the rotations of hands and fingers from their positions, if the stated rotations do not match the
+/// positions.
 pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut Warnings) {
     for (word, side) in [("left", 1.0), ("right", -1.0)] {
         let fitted = samples
@@ -105,7 +106,7 @@ pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut
     }
 }
 
-/// Rotates a hand if its rotations do not match.
+/// Rotates a hand if its rotations do not match its positions.
 fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> Option<()> {
     /// Vectors in the axes of a left wrist, in metres. The first goes from the wrist to the first joint of the middle
     /// finger. The second goes from the first joint of the ring finger to the first joint of the index finger. No body
@@ -152,7 +153,7 @@ fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> O
     Some(())
 }
 
-/// Axes with the first along `along`, and the second in the plane with `across`.
+/// Axes: the first along `along`, the second in the plane of `along` and `across`.
 fn axes(along: DVec3, across: DVec3) -> Option<DQuat> {
     let x = along.try_normalize()?;
     let y = (across - x * x.dot(across)).try_normalize()?;

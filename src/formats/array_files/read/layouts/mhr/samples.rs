@@ -1,4 +1,4 @@
-//! The persons of each frame in the arrays of a file. They are stacked along axes, or stored in dictionaries within
+//! The persons of each frame in the arrays of a file. Persons are stacked along axes, or stored in dictionaries within
 //! lists.
 
 use std::collections::HashMap;
@@ -16,15 +16,15 @@ use crate::array_files::read::ndarray::NdArray;
 /// The persons of a frame, with the number of the frame.
 pub(super) type Frame = (u64, Vec<Sample>);
 
-/// The smallest median distance in metres of consecutive samples at which they are different persons. Samples of one
-/// person in a take are nearer, even if the distance from the camera varies by 5 percent.
+/// If the median distance of consecutive samples is at least this, in metres, the samples are different persons.
+/// Samples of one person in a take are nearer, even if the distance from the camera varies by 5 percent.
 const APART: f64 = 0.6;
 
-/// The largest number of persons in one list or along one axis. More samples are frames.
+/// The largest number of persons in one list or along one axis. If there are more samples, they are frames.
 const MOST_PERSONS: usize = 32;
 
-/// The largest difference from 1 of a rotation matrix's determinant, a number without a unit. 16-bit numbers are
-/// nearer. Rows of a person who was not found are zeros.
+/// The largest difference between the determinant of a rotation matrix and 1, without a unit. The determinants of
+/// matrices with 16-bit numbers are nearer to 1. The rows of a person who was not found are zeros.
 const NO_ROTATION: f64 = 0.2;
 
 /// The arrays of one dictionary: frames, each with its persons.
@@ -64,7 +64,7 @@ pub(super) fn frames_of(reader: &Reader<'_, '_>, kind: Kind) -> Result<Vec<Frame
 /// The frames of all dictionaries.
 fn joined(mut groups: Vec<Group<'_>>) -> Vec<Frame> {
     if groups.len() == 1 || groups.iter().any(|group| group.frames.len() > 1) {
-        // Each dictionary has the take of a person, or one dictionary has all.
+        // Each dictionary has the take of one person, or one dictionary has the takes of all persons.
         return numbered(groups.into_iter().map(|group| group.frames).collect());
     }
     let list = |group: &Group<'_>| group.path.split_last().map_or(0, |(_, outer)| outer.len());
@@ -128,7 +128,8 @@ fn trailing_number(name: &str) -> Option<u64> {
     name[digits..].parse().ok()
 }
 
-/// Whether there is less movement within lists than between lists, so that each list is the take of a person.
+/// Whether consecutive samples of one list are nearer to each other than samples of neighbouring lists. Then each list
+/// is the take of one person.
 fn moves_within(lists: &[Vec<Sample>]) -> bool {
     let within = lists.iter().flat_map(|list| list.windows(2));
     let mut within: Vec<f64> = within.map(|pair| pair[0].distance(&pair[1])).collect();

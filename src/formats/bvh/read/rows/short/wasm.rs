@@ -12,7 +12,7 @@ pub(super) fn load(bytes: &[u8; 16]) -> v128 {
     u64x2(u64::from_le_bytes(low), u64::from_le_bytes(high))
 }
 
-/// One bit for each byte below a limit, as signed bytes, first byte first.
+/// One bit for each byte, the first byte first: whether the byte, as a signed number, is below a limit.
 #[inline(always)]
 pub(super) fn bits_below(bytes: v128, limit: i8) -> u32 {
     i8x16_bitmask(i8x16_lt(bytes, i8x16_splat(limit))).into()

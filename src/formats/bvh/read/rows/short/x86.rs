@@ -13,7 +13,7 @@ pub(super) fn load(bytes: &[u8; 16]) -> __m128i {
     _mm_set_epi64x(i64::from_le_bytes(high), i64::from_le_bytes(low))
 }
 
-/// One bit for each byte below a limit, as signed bytes, first byte first.
+/// One bit for each byte, the first byte first: whether the byte, as a signed number, is below a limit.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn bits_below(bytes: __m128i, limit: i8) -> u32 {
