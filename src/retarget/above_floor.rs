@@ -1,9 +1,9 @@
 //! Keeps the skin of the target above its floor when the source kneels, crawls, lies or falls.
 //!
-//! On other proportions, equal directions of the limbs put knees, back and head below the floor. A thicker body is
-//! deeper. The whole body is raised by the depth of its deepest part, without the ends of its limbs. Hands and feet are
-//! raised by two-bone inverse kinematics. If joints or skin of the source are below the source's floor, the skin of the
-//! target may be as deep. A raise covers the deepest frame around it. It starts and ends smoothly.
+//! On a body of other proportions, limbs in the same directions put knees, back and head below the floor. A thicker
+//! body is deeper. The whole body is raised by the depth of its deepest part. Hands and feet do not count for this
+//! depth: two-bone inverse kinematics raises them. If the source's joints and skin are below its floor, the skin of the
+//! target may be as deep. A raise reaches the depth of the deepest frame near it, and starts and ends smoothly.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -32,12 +32,12 @@ const MOST: f32 = 0.5;
 /// The time before and after the deepest frame in which a raise starts and ends, in seconds.
 const EASE: f64 = 0.2;
 
-/// Cosines of the angle between a leg and straight down. From the first, the foot is raised less; from the second, it
-/// is not raised. In stance, the knee of such a leg would bend far.
+/// Cosines of the angle between a leg and straight down. Above the first, the foot is raised less. Above the second,
+/// the foot is not raised: to raise the foot of a leg in stance, the knee would have to bend far.
 const STANDING: [f32; 2] = [0.75, 0.9];
 
-/// The outermost vertices of a joint are searched in a grid of directions with steps from -2 to 2. Neighbours are at
-/// most 15 degrees apart.
+/// The largest coordinate of the directions in which the outermost vertices of a joint are searched: whole numbers from
+/// -2 to 2. Neighbouring directions are at most 15 degrees apart.
 const STEPS: i8 = 2;
 
 /// The skin of a body, to keep above the floor.
@@ -99,7 +99,8 @@ impl Surface {
         })
     }
 
-    /// The depths below the floor of the ends of a limb, or of the parts that are raised with the whole body.
+    /// The largest depth below the floor: of the end of the limb with the index `of`, or without `of`, of the parts
+    /// that are raised with the whole body.
     fn depth(&self, pose: &Pose, up: Vec3, of: Option<usize>) -> f32 {
         let mut lowest = self.floor;
         for part in self.parts.iter().filter(|part| part.end_of == of) {
@@ -123,7 +124,7 @@ fn outermost(vertices: &[Vertex], axes: Quat) -> Vec<Vertex> {
     let steps = || -STEPS..=STEPS;
     let mut found = Vec::new();
     for (x, y, z) in steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z)))) {
-        // Only the shell of the grid: cells inside repeat its directions.
+        // Use only the surface of the grid, because the cells inside repeat the same directions.
         if x.abs().max(y.abs()).max(z.abs()) == STEPS {
             let out = axes * Vec3::new(f32::from(x), f32::from(y), f32::from(z));
             let far = |vertex: &usize| vertices[*vertex].at_rest.dot(out);
@@ -216,7 +217,7 @@ fn lies(pose: &Pose, leg: &Arm, up: Vec3) -> f32 {
     ((upright - down) / (upright - slanting)).clamp(0.0, 1.0)
 }
 
-/// The raise of a limb's end, or of the whole body, in each frame; `None` if it is high enough.
+/// The raise of a limb's end, or of the whole body, in each frame; `None` if no frame needs a visible raise.
 fn raises(
     target: &Moving<'_>,
     surface: &Surface,

@@ -1,9 +1,9 @@
 //! Retargets the motion of an animal on four legs to another animal on four legs.
 //!
-//! Both skeletons are compared in the poses in which they stand. The segments of the legs get the directions of the
-//! source's segments. Trunk, head, tail and paws get the rotations from the standing pose. The neck gets the directions
-//! of the source's neck, whatever the number of its joints. Other joints follow their parent, or a joint with the same
-//! name. Then the legs bend, so that paws in stance keep their place.
+//! Both skeletons are compared in their standing poses. The segments of the legs get the directions of the source's
+//! segments. Trunk, head, tail and paws get the rotations of the source relative to its standing pose. The neck gets
+//! the directions of the source's neck, whatever the number of its joints. A joint outside these parts follows its
+//! parent, or a joint of the source with the same name. Then the legs bend, so that paws in stance keep their place.
 
 mod drives;
 mod measure;
@@ -29,11 +29,12 @@ use crate::plan::UnmappedBone;
 use crate::quality::{ByNames, RetargetReport};
 use crate::{Scale, no_animation};
 
-/// The largest distance of a held paw from its free place, as a fraction of the leg, as on robots.
+/// The largest distance of a held paw from its position without the hold, as a fraction of the leg. The same value is
+/// used on robots.
 const FARTHEST_HELD: f64 = 0.3;
 
-/// The largest height of the lowest vertex above the lowest paw, and below it, as a fraction of the leg, at which this
-/// vertex is on the floor. Other vertices belong to props.
+/// The largest vertical distance between the lowest vertex and the lowest paw, as a fraction of the leg, at which this
+/// vertex is on the floor. A vertex at a larger distance belongs to a prop.
 const SOLE: f32 = 0.5;
 
 /// The humanoid bones under which reports list the segments of each leg. Front legs have the names of arms.
@@ -44,7 +45,7 @@ pub(crate) const SEGMENTS: [[Bone; 3]; 4] = [
     [Bone::RightUpperLeg, Bone::RightLowerLeg, Bone::RightFoot],
 ];
 
-/// A segment of a leg in both skeletons: the bone of reports, and the joints at both ends.
+/// A segment of a leg in both skeletons: the bone under which reports list the segment, and the joints at both ends.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     bone: Bone,
@@ -69,9 +70,9 @@ pub(crate) struct AnimalRetargeter {
     drives: Vec<Drive>,
     /// The drive of each node of the rig.
     drive_of: Vec<Option<usize>>,
-    /// The drive that gets the path.
+    /// The drive that gets the path over the ground.
     root: usize,
-    /// Other joints that do not have their rest pose in the standing pose.
+    /// Joints without a drive whose transform in the standing pose differs from the rest pose.
     still: Vec<(NodeId, Trs)>,
     standing: Pose,
     to_target: Quat,
@@ -79,7 +80,7 @@ pub(crate) struct AnimalRetargeter {
     /// Units of the target per metre of the source.
     scale: f32,
     metres: f64,
-    /// The length of the target's legs, in its units.
+    /// The length of the target's legs, in units of the target.
     leg: f32,
     /// The height at which each paw of the target rests, and the height of the floor.
     ground: [f32; 4],
@@ -91,9 +92,9 @@ pub(crate) struct AnimalRetargeter {
 struct Moved {
     /// The rotations of all drives relative to the parent, in each frame.
     rotations: Vec<Vec<Quat>>,
-    /// The middle of hips and shoulders.
+    /// The midpoint of hips and shoulders in each frame.
     centres: Vec<Vec3>,
-    /// The paws.
+    /// The positions of the paws in each frame.
     paws: Vec<[Vec3; 4]>,
     /// The heights of the source's paws above their resting level, in units of the target.
     rises: Vec<[f32; 4]>,
@@ -156,7 +157,8 @@ impl AnimalRetargeter {
             Scale::Factor(factor) => per_metre * positive(Code::InvalidValue, "scale", factor)?,
         };
         let paws = other.legs.each_ref().map(|leg| leg.paw);
-        // In a step, a paw is in the air, so its level is the level of the other paw of the pair.
+        // If the animal stands in the middle of a step, one paw is in the air. So both paws of a pair get the level of
+        // the lower one.
         let level = |index: usize| stands.position(paws[index]).dot(up[1]);
         let ground = std::array::from_fn(|index| level(index).min(level(index ^ 1)));
         let lowest = ground.iter().copied().fold(f32::INFINITY, f32::min);
@@ -183,7 +185,7 @@ impl AnimalRetargeter {
             (is_still && stands != node.transform).then(|| (NodeId::new(index), Trs::from_matrix(stands)))
         });
         let legs = other.legs.each_ref().map(|leg| {
-            // An ankle that no joint of the source drives is a part of the lower leg.
+            // An ankle that follows no joint of the source is a part of the lower leg.
             let ankle = leg.ankle.filter(|ankle| drive_of[ankle.index()].is_some());
             LegGoal::new(&stands, leg, ankle, standing[1].axes * Vec3::X)
         });
@@ -248,7 +250,7 @@ impl AnimalRetargeter {
         Ok((moved, report))
     }
 
-    /// The rotations of all drives, with free paws.
+    /// The rotations of all drives, before paws are held on the ground.
     fn turn(&self, source: &Scene, animation: &Animation, all: &[f64], track: &AnimalTrack, scene: &Scene) -> Moved {
         let binding = Binding::new(source, animation);
         let (mut from, mut to) = (Pose::rest(source), self.standing.clone());
@@ -398,7 +400,8 @@ impl AnimalRetargeter {
         moved
     }
 
-    /// The places of the paws: in stance at one place, and as high above their level as in the source.
+    /// The goals of the paws. In stance, a paw stays at one place. Its height above the resting level is the same as in
+    /// the source.
     fn goals(&self, moved: &Moved, animation: &Animation, contacts: &dyn Fn(usize) -> [bool; 4]) -> [Vec<Vec3>; 4] {
         let level = DQuat::from_rotation_arc(self.up[1].as_dvec3(), DVec3::Z);
         let frames = moved.paws.len();

@@ -1,9 +1,9 @@
 //! Retargets the motion of a creature to another skeleton by joint names.
 //!
-//! For a creature, only the joint names are known. So a joint of the target gets the world rotation from its rest pose
-//! that the joint with the same name has in the source. The highest moving joint gets the path, scaled by the lengths
-//! of the bones. The lowest joints then have their height at rest. If the rest poses differ, the poses in motion also
-//! differ. The report has the angles between bones.
+//! For a creature, only the joint names are known. A joint of the target gets the world rotation that the source joint
+//! of the same name has, relative to the rest pose. The highest moving joint gets the path over the ground, scaled by
+//! the lengths of the bones. Then the lowest joints are at the height that they have at rest. If the rest poses differ,
+//! the poses in motion also differ. The report has the angles between bones.
 
 use std::collections::HashMap;
 
@@ -39,7 +39,7 @@ pub(crate) struct CreatureRetargeter {
     pairs: Vec<Pair>,
     /// The rotation from the world of the source to the world of the target.
     to_target: Quat,
-    /// The pair of joints that gets the path.
+    /// The pair of joints that gets the path over the ground.
     carrier: usize,
     scale: f32,
     /// The metres per unit of the target, divided by the metres per unit of the source.
@@ -143,7 +143,8 @@ impl CreatureRetargeter {
         }
     }
 
-    /// An animation of `source`, by its index, on the skeleton of `target`, and the angles between the bones of both.
+    /// An animation of `source`, by its index, on the skeleton of `target`, and the angles between the bones of the two
+    /// skeletons.
     ///
     /// # Errors
     /// [`Code::NoMotion`] if there is no such animation.
@@ -266,7 +267,7 @@ impl CreatureRetargeter {
     }
 }
 
-/// The kind of creature of both.
+/// The kind of creature that both figures have.
 fn one_kind(source: &Figure, target: &Figure) -> Result<&'static str> {
     let words = |figure: &Figure| match (figure.humanoid.creature, figure.humanoid.found) {
         (Some(creature), _) => format!("{} ({})", creature.as_str(), figure.humanoid.reason),
@@ -375,7 +376,7 @@ fn carrier(pairs: &[Pair], source: &Scene) -> usize {
         .unwrap_or(0)
 }
 
-/// The height that the lowest joint of the source is below in a twentieth of the frames.
+/// The height below which the lowest joint of the source is in a twentieth of the frames.
 fn lowest_in_motion(pairs: &[Pair], source: &Scene, up: Vec3) -> f32 {
     let mut heights = Vec::new();
     let mut pose = Pose::rest(source);

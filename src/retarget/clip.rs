@@ -1,8 +1,9 @@
 //! Retargets whole animations, a block of frames at a time.
 //!
-//! The watched joints of the source and their ancestors are posed as rotations and positions, in structures of arrays
-//! with a frame for each lane. If a skeleton is stretched along one axis, its matrices are not products of rotation and
-//! translation. Then its frames are posed one by one.
+//! A block computes several frames at once. It is a structure of arrays with one lane for each frame. It stores the
+//! rotations and positions of the source joints that the retargeting reads, and of the ancestors of these joints. If a
+//! skeleton is stretched along one axis, its matrices are not products of rotation and translation. The frames of such
+//! a skeleton are computed one by one.
 
 use std::collections::HashMap;
 
@@ -21,8 +22,8 @@ use super::plan::Plan;
 use super::root::Root;
 use super::solve::{Solved, solve_block};
 
-/// The largest relative difference of the scales along the three axes, and of a matrix from its translation, rotation
-/// and scale.
+/// The largest relative difference that counts as equal: between the scales along the three axes, and between a matrix
+/// and its translation, rotation and scale.
 const SAME: f32 = 1e-5;
 
 /// An animation of `source` on the target, with a key at every tick.
@@ -37,7 +38,8 @@ pub(super) fn animation(
     let mut poses = Poses::new(body, source, animation, &plan.watched);
     let mut solved = Solved::new(plan, poses.joints());
     let mut hips_path = Vec::with_capacity(ticks.len());
-    // A copy of an empty list has no capacity, so `vec!` would make lists that grow to twice their length.
+    // Each list gets its full capacity here. `vec!` would clone an empty list without its capacity, and growing lists
+    // take up to twice the memory.
     let drives = plan.drives.iter();
     let mut rotations: Vec<Vec<Quat>> = drives.map(|_| Vec::with_capacity(ticks.len())).collect();
     for block in ticks.chunks(LANES) {
@@ -103,11 +105,11 @@ fn append(keys: &mut Vec<Quat>, block: &mut Rotations<LANES>, frames: usize) {
     keys.extend_from_slice(&values[..frames]);
 }
 
-/// The poses of the source.
+/// How the poses of the source are computed.
 enum Poses<'a> {
-    /// Rotations and positions.
+    /// As rotations and positions, in blocks.
     Chains(Chains<'a>),
-    /// Matrices, one pose after the other.
+    /// As matrices, one pose at a time.
     Matrices {
         body: &'a Body,
         animation: &'a Animation,
@@ -160,20 +162,20 @@ impl<'a> Poses<'a> {
     }
 }
 
-/// The watched joints and their ancestors.
+/// The source joints that the retargeting reads, and their ancestors.
 struct Chains<'a> {
     /// The joints, parents before children.
     links: Vec<Link<'a>>,
     /// The number of entries in [`WatchedPose`].
     joints: usize,
-    /// The rotation from the world to the frame of the T-pose.
+    /// The rotation from the world to the coordinate frame of the T-pose.
     world_to_frame: Quat,
 }
 
 struct Link<'a> {
-    /// Its index in [`WatchedPose`]. The first indices are the watched joints.
+    /// The index of the joint in [`WatchedPose`]. The joints that the retargeting reads come first.
     joint: usize,
-    /// The index of its parent.
+    /// The index of the parent in the links.
     parent: Option<usize>,
     rotation: Values<'a, Quat>,
     /// The translation; `None` if nothing needs the position.
@@ -243,7 +245,7 @@ impl<'a> Chains<'a> {
                     above.has_rotation = true;
                     above.has_place |= has_place;
                     if is_new && index < next {
-                        // The ancestors must know the joint.
+                        // The ancestors must get this flag too.
                         next = index;
                         continue;
                     }

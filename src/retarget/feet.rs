@@ -27,11 +27,12 @@ const HEEL: f32 = 0.4;
 /// Half the width of a shoe at the ball, as a fraction of the distance from the ankle to the toes.
 const WIDTH: f32 = 0.3;
 
-/// Half the width of a foot at the heel, as a fraction of the same distance: two thirds of the width at the ball.
+/// Half the width of a foot at the heel, as a fraction of the distance from the ankle to the toes: two thirds of the
+/// width at the ball.
 const HEEL_WIDTH: f32 = 0.2;
 
-/// The distance from the ball to the front of the part that does not bend with the toes, as a fraction of the same
-/// distance.
+/// The distance from the ball to the front of the part that does not bend with the toes, as a fraction of the distance
+/// from the ankle to the toes.
 const FRONT: f32 = 0.1;
 
 /// The largest rotation of an ankle to bring a foot above the floor, in radians: 34 degrees.
@@ -41,7 +42,8 @@ const ANKLE_TURNS: f32 = 0.6;
 /// Joint Motion, 1965).
 const TOES_TURN: f32 = 1.0;
 
-/// The channels of a motion that a foot lock may change: of the legs, of the hips, and of the ancestors of the hips.
+/// The channels of a motion that a foot lock may change: the channels of the legs, of the hips, and of the ancestors of
+/// the hips.
 pub(super) struct FreeLegs {
     /// The number of channels before the lock.
     channels: usize,
@@ -113,7 +115,7 @@ fn skin(body: &Body, scene: &Scene, side: Side) -> Vec<Vertex> {
     Skin { ankle, toes, floor }.sole(body, scene)
 }
 
-/// The skin of both soles, to measure its depth below its height in a standing body.
+/// The skin of both soles, to measure how far it is below its height in a standing body.
 pub(super) struct Soles {
     vertices: Vec<Vertex>,
     up: Vec3,

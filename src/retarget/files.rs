@@ -1,4 +1,4 @@
-//! The [`Retargeter`]: the steps of a retargeting of whole files, and their order.
+//! The [`Retargeter`], which retargets whole files: it runs the steps of a retargeting in their order.
 
 mod clip;
 mod face;
@@ -56,12 +56,12 @@ use mocap_figure::LimbAngles;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Retargeter {
-    /// With a root above the hips, if the options ask for a root.
+    /// The target. It has a root above the hips if the options ask for a root.
     target: Target,
     /// The figure of the target; `None` for a robot.
     figure: Option<Figure>,
     options: RetargetOptions,
-    /// The names of clips that are already in the output.
+    /// The names of clips in the file of a character that keeps its animations, and of the clips that were added.
     names: HashSet<String>,
     sources: Vec<SourceMotions>,
     clips: Vec<RetargetedClip>,
@@ -82,10 +82,10 @@ impl Retargeter {
     /// Takes a target, which has no motion yet, and finds its bones.
     ///
     /// # Errors
-    /// - [`Code::NotHumanoid`] if it is neither a humanoid nor a creature of a known kind, or if its hierarchy cannot
-    ///   be posed
-    /// - [`Code::InvalidValue`] if [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks, or if
-    ///   the skeleton of a robot's file is given as a character
+    /// - [`Code::NotHumanoid`] if the target is neither a humanoid nor a creature of a known kind, or if its hierarchy
+    ///   cannot be posed
+    /// - [`Code::InvalidValue`] if [`target_bones`](RetargetOptions::target_bones) names a joint that the target lacks,
+    ///   or if the skeleton of a robot's file is given as a character
     pub fn onto(target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
         let mut target = target.into();
         refuse_robot(&target)?;
@@ -135,7 +135,8 @@ impl Retargeter {
         self.prepare_shown(scene, figure, None)
     }
 
-    /// As [`prepare`](Self::prepare), if other motions of the skeleton, in the space of the scene, show the T-pose too.
+    /// As [`prepare`](Self::prepare), but the T-pose is also inferred from `shown`, other motions of the skeleton. They
+    /// have the unit and axes of the unconverted scene.
     #[doc(hidden)]
     pub fn prepare_shown(
         &self,
@@ -168,10 +169,10 @@ impl Retargeter {
     /// clip of the output has the name, a number is added.
     ///
     /// # Errors
-    /// - [`Code::NotHumanoid`] if the source is not a humanoid. For a creature, if the source is not of its kind or
-    ///   lacks the names of its joints
-    /// - [`Code::NoMotion`] if it has no animation
-    /// - [`Code::InvalidValue`] if [`source_bones`](RetargetOptions::source_bones) names a joint that it lacks
+    /// - [`Code::NotHumanoid`] if the source is not a humanoid. If the target is a creature: if the source is of
+    ///   another kind, or lacks the names of the target's joints
+    /// - [`Code::NoMotion`] if the source has no animation
+    /// - [`Code::InvalidValue`] if [`source_bones`](RetargetOptions::source_bones) names a joint that the source lacks
     ///
     /// The clips are unchanged after an error.
     pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
@@ -204,7 +205,7 @@ impl Retargeter {
         if is_lost && !self.clips[first..].iter().any(is_moving) {
             self.clips.truncate(first);
             self.names = names;
-            let message = "nothing would move: the target lacks all joints that move in the source";
+            let message = "no joint would move: the target has no joint that moves in the source";
             return Err(Diagnostic::new(Code::NoMotion, message)
                 .help("retarget onto a body that has these joints")
                 .into());
@@ -245,7 +246,7 @@ impl Retargeter {
         }
         let moving = judge.moving(source)?;
         let Mover::Robot(mut retargeter) = moving.mover else {
-            let message = "only motions of robots on two legs can be judged, and the target is another body";
+            let message = "only motions of robots with two legs can be judged, but the target is another kind of body";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         };
         retargeter.judge(&moving.source.scene, 0, motion)
@@ -313,7 +314,7 @@ impl Retargeter {
         })
     }
 
-    /// Retargets a motion of a source to the target.
+    /// Retargets one motion of a source to the target.
     fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<RetargetedClip> {
         let mut provenance = Provenance::of_clip(source, index);
         let lock_feet = self.options.lock_feet;
@@ -483,7 +484,7 @@ impl Retargeter {
     }
 }
 
-/// Whether a scene has morph targets of a face. A track of a face needs only these.
+/// Whether a scene is a face: it has morph targets. The track of a face needs only these morph targets.
 fn is_face_of_shapes(scene: &Scene) -> bool {
     let mut targets = scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
     targets.any(|target| face_shape(&target.name).is_some())

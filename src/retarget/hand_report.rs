@@ -34,7 +34,7 @@ pub enum TouchedPart {
 }
 
 impl TouchedPart {
-    /// Its name in a sentence.
+    /// The name of the part in a sentence.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::OtherHand => "other hand",
@@ -66,7 +66,7 @@ pub struct HandContact {
     pub first: f64,
     /// The tick of the last frame.
     pub last: f64,
-    /// The distance in the source, scaled by the length of the legs.
+    /// The distance in the source, scaled by the ratio of the leg lengths.
     pub source: f64,
     /// The distance on the target before the contact was kept.
     pub before: f64,

@@ -1,8 +1,8 @@
 //! Keeps the contacts of hands: with each other, the head, the trunk, the legs, the floor.
 //!
-//! On other proportions, equal directions of the limbs give other distances: palms that meet on the source cross or
-//! stay apart on the target. Contacts are found in the source, by the distance of a palm from a surface and its speed
-//! along the surface. On the target, the palm goes to the same place of the same part, as in relationship descriptors
+//! On a body of other proportions, limbs in the same directions give other distances: palms that meet on the source
+//! cross or stay apart on the target. A palm of the source is in contact if it is near a surface and moves slowly along
+//! the surface. On the target, the palm goes to the same place of the same part, as in relationship descriptors
 //! (Al-Asqhar, Komura and Choi, 2013), by two-bone inverse kinematics. If a hand would jerk, the correction is spread
 //! over a longer time, then reduced, and then dropped.
 
@@ -36,11 +36,11 @@ const ROUNDS: usize = 16;
 /// and the peak.
 const JERK: f64 = 1.15;
 
-/// The largest ratio of the jerk of hand and elbow together. An elbow swings far when a hand passes the shoulder, but
-/// viewers rarely look at it.
+/// The largest ratio of the jerk of hand and elbow together to their jerk without the contact. An elbow swings far when
+/// a hand passes the shoulder, but viewers rarely look at an elbow.
 const ELBOW: f64 = 1.5;
 
-/// The jerk that a hand may always have, in m/s^3: a fiftieth of a wave's jerk.
+/// The jerk that a hand may always have, in m/s^3: a fiftieth of the jerk of a waving hand.
 const STILL: f64 = 2.0;
 
 /// The rotations of the joints that keep the hand contacts of the source, and the report. `None` if the hands touch
@@ -141,7 +141,7 @@ struct ArmTrack {
     elbow: Vec<Vec3>,
     wrist: Vec<Vec3>,
     palm: Vec<Vec3>,
-    /// The rotations of its joints relative to their parents.
+    /// The rotations of the arm's joints relative to their parents.
     rotations: Vec<[Quat; 3]>,
 }
 
@@ -299,7 +299,7 @@ impl<'a> Hands<'a> {
         ratios.fold(0.0, f64::max)
     }
 
-    /// The rotations of the joints that differ from those without the contacts.
+    /// The rotations of the joints that the contacts change.
     fn rotations(&self) -> NewRotations {
         let at = Ticks::new(self.ticks);
         let mut changed = Vec::new();
@@ -361,8 +361,8 @@ pub(super) fn channel<'a>(body: &Body, animation: &'a mut Animation, joint: Node
 struct Shift {
     sum: Vec3,
     weights: f32,
-    /// The product of the fractions of the free motion that the contacts leave. The second value is only for contacts
-    /// for which the trunk leans.
+    /// The fraction of the free motion that remains: the product over all contacts. `upright` is the product over the
+    /// contacts for which the trunk leans.
     free: f32,
     upright: f32,
 }

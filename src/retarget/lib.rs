@@ -7,7 +7,7 @@
 //! - Retarget each motion, and lock feet to the ground if the result is better.
 //! - Give every clip its own name, its provenance and a report.
 //!
-//! `docs/retargeting.md` and `docs/robots-algorithm.md` have the algorithms.
+//! `docs/retargeting-algorithm.md` and `docs/robots-algorithm.md` have the algorithms.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -25,13 +25,13 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 //!
-//! A [`PoseRetargeter`] retargets single poses, for engines. [`robot`] has the same for robots.
+//! A [`PoseRetargeter`] retargets single poses, for engines. [`robot`] retargets to robots.
 //!
-//! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward
-//! is +Z. In these frames, a pose has the same rotations on every body. So each bone of the target gets the rotation of
-//! the source's bone. VRM describes this transfer for its animations, with rotations in the world (vrm-c,
-//! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move along the path of the
-//! source, scaled by the length of the legs.
+//! Every mapped bone of both skeletons gets a coordinate frame that is the identity in the T-pose: left is +X, up is
+//! +Y, forward is +Z. In these coordinate frames, a pose has the same rotations on every body. So each bone of the
+//! target gets the rotation of the source's bone. VRM describes this transfer for its animations, with rotations in the
+//! world (vrm-c, vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move along the
+//! path of the source, scaled by the length of the legs.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -113,9 +113,9 @@ pub enum Scale {
     /// The ratio of the leg lengths.
     #[default]
     Auto,
-    /// No scale: the steps have the same length as in the source, in metres.
+    /// No scale: the steps have the same length in metres as in the source.
     None,
-    /// This factor of the steps of the source, in metres.
+    /// A factor of the steps of the source, in metres per metre of the source.
     Factor(f64),
 }
 
@@ -134,7 +134,7 @@ pub struct PoseRetargetOptions {
     /// The weights of [`PoseRetargeter::lock_feet`].
     pub foot_lock: FootLockWeights,
     /// Whether [`PoseRetargeter::clip`] keeps the directions of arms, even if the hands then miss their contacts.
-    /// Default: `false`, the hands touch the same parts as the source's hands.
+    /// Default: `false`; the hands touch the parts that the source's hands touch.
     pub free_hands: bool,
 }
 

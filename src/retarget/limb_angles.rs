@@ -7,8 +7,9 @@ use mocap_scene::scene::{Animation, Scene};
 use super::{PoseRetargeter, measure};
 
 impl PoseRetargeter {
-    /// The angles between the limbs of `animation`, of the scene `source`, and the limbs of `moved`, of the scene
-    /// `target`, at each tick of the source. [`PoseRetargeter::measure`] reports the mean and the largest angle.
+    /// For each tick of the source: the angle between each limb in `animation` and the same limb in `moved`.
+    /// `animation` belongs to the scene `source`, and `moved` to the scene `target`. [`PoseRetargeter::measure`]
+    /// reports the mean and the largest angle.
     pub fn limb_angles(
         &self,
         source: &Scene,

@@ -1,4 +1,4 @@
-//! Measures how well a motion on another skeleton follows its source, from the poses of both.
+//! Measures how well a motion on another skeleton follows its source, from the poses of the two skeletons.
 
 mod hands_inside;
 pub(crate) mod skin;
@@ -19,7 +19,7 @@ use super::quality::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict,
 use super::root::Root;
 use super::sight::{AspectError, Sight};
 
-/// The depth below the floor that counts, as a fraction of the leg: 1 cm on a person.
+/// The smallest depth below the floor that counts, as a fraction of the leg: 1 cm on a person.
 const BELOW: f32 = 0.012;
 
 /// A skeleton with a motion.
@@ -31,7 +31,7 @@ pub(super) struct Moving<'a> {
 
 /// The measurements of a skeleton, frame by frame.
 pub(super) struct Track {
-    /// The directions of its limbs, in the axes of the figure.
+    /// The directions of the skeleton's limbs, in the axes of the figure.
     limbs: Vec<(Bone, Vec<Vec3>)>,
     /// The positions of both feet's joints in metres, in the axes of the figure; +Y is up.
     feet: Vec<(Bone, Vec<Vec3>)>,
@@ -49,7 +49,8 @@ impl Track {
     }
 }
 
-/// The number of ticks that are compared at once. Their directions of limbs need only a few hundred kilobytes.
+/// The number of ticks that are compared at once. The limb directions of this many ticks need only a few hundred
+/// kilobytes.
 const BLOCK: usize = 1024;
 
 /// The measured joints of a foot.
@@ -104,7 +105,7 @@ impl Moving<'_> {
     }
 }
 
-/// The angle of each limb that both bodies have, in degrees, at each tick.
+/// The angles of each limb that both bodies have: one at each tick, in degrees.
 pub(super) fn angles(was: &Track, is: &Track) -> Vec<(Bone, Vec<f32>)> {
     let limbs = was.limbs.iter().filter_map(|(bone, was)| {
         let (_, is) = is.limbs.iter().find(|(other, _)| other == bone)?;

@@ -96,7 +96,7 @@ struct Builder<'a> {
     watched: WatchedJoints,
     tracks: Vec<Track>,
     twists: Vec<Twist>,
-    /// The tracks by their node, and by whether they have a direction.
+    /// The index of each track. The key is the node of the track, and whether the track has the direction of a bone.
     known: HashMap<(NodeId, bool), usize>,
     drives: BTreeMap<NodeId, Drive>,
     unmapped: Vec<UnmappedBone>,
@@ -232,7 +232,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether the T-poses of both bodies show the rotation of joints that are not bones. A computed T-pose does not.
+    /// Whether the T-poses of both bodies show the rotation of joints that are not bones. The computed T-pose of a body
+    /// does not.
     fn has_rest_of_others(&self) -> bool {
         [self.from, self.to].iter().all(|body| !body.is_computed())
     }
@@ -291,8 +292,8 @@ impl Builder<'_> {
         }
     }
 
-    /// The helper joints next to a bone that spread its twist over the skin, by their names, and their positions along
-    /// the bone.
+    /// The helper joints that spread the twist of a bone over the skin, found by their names. Each has its position
+    /// along the bone, from 0 to 1.
     fn helpers(&self, segment: &[NodeId], start: NodeId, end: NodeId, target: &Scene) -> Vec<(NodeId, f32)> {
         let start = self.to.position(start);
         let line = self.to.position(end) - start;

@@ -75,7 +75,8 @@ pub struct FeetReport {
     pub source: FootMotion,
     /// The feet of the target, in the same frames.
     pub target: FootMotion,
-    /// The largest difference between the heights of a foot's joint above its level in stance, in metres.
+    /// The largest difference in metres between a foot joint of the source and the same joint of the target, in their
+    /// heights above their levels in stance.
     pub height_difference: f64,
 }
 
@@ -84,7 +85,7 @@ impl fmt::Display for FeetReport {
         write!(
             f,
             "feet on the ground slide {:.1} cm/s, {:.1} in the source; in {:.1} % of frames a foot is more than 1.2 % \
-             of the leg below the floor, {:.1} % in the source",
+             of the leg length below the floor, {:.1} % in the source",
             100.0 * self.target.skate,
             100.0 * self.source.skate,
             100.0 * self.target.fraction_below_floor,
@@ -93,8 +94,8 @@ impl fmt::Display for FeetReport {
     }
 }
 
-/// The largest fraction of frames with a hand inside the body in a good motion. A hand that brushes the body stays
-/// below.
+/// The largest fraction of frames with a hand inside the body in a good motion. A hand that only brushes the body is
+/// inside in fewer frames.
 const OFTEN_INSIDE: f64 = 0.02;
 
 /// The effect of a foot lock on the speed of feet. The lock is relaxed if it would make feet faster.
@@ -104,9 +105,11 @@ const OFTEN_INSIDE: f64 = 0.02;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LockedFeet {
-    /// The largest ratio of a foot's speed to its speed without the lock around that frame: at most 1.2.
+    /// The largest ratio of a foot's speed in a frame to its speed without the lock around this frame. By default it is
+    /// at most 1.2.
     pub speed_ratio: f32,
-    /// The largest ratio of a foot's acceleration to its acceleration without the lock around that frame: at most 1.5.
+    /// The largest ratio of a foot's acceleration in a frame to its acceleration without the lock around this frame. By
+    /// default it is at most 1.5.
     pub acceleration_ratio: f32,
     /// The number of frames in which the lock of the left and of the right foot was relaxed.
     pub given_way: [usize; 2],
@@ -121,7 +124,7 @@ pub struct LockedFeet {
 pub struct ClampedLeg {
     /// The foot that missed its goal.
     pub bone: Bone,
-    /// The number of frames in which it missed its goal.
+    /// The number of frames in which the foot missed its goal.
     pub frames: usize,
     /// The largest distance of the foot from its goal, in metres.
     pub largest: f32,
@@ -137,16 +140,16 @@ pub struct ClampedLeg {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Verdict {
-    /// It is good enough.
+    /// The motion is good enough.
     Good,
     /// Look at the motion before you use it.
     Fair,
-    /// It is not good enough, or nothing could be compared.
+    /// The motion is not good enough, or nothing could be compared.
     Poor,
 }
 
 impl Verdict {
-    /// Its name in JSON.
+    /// The name of the verdict in JSON.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -225,12 +228,13 @@ pub struct RetargetReport {
     /// Whether the motion is good enough to use unchanged. It is good if the mean angle of the limbs is within 1
     /// degree, and fair within 3. It is poor above 3 degrees, or if nothing could be compared. It is at best fair if
     /// the mean angle of a roll or a line of the trunk is above 15 degrees. For a head or a palm, the limit is 60
-    /// degrees. A guessed roll of a bone makes it at best fair too. It is poor if a roll or a line is above 30 degrees,
-    /// or a head above 90. It is at best fair if the feet are below the floor in 20 % more of the frames than in the
-    /// source. It is poor if the feet are below the floor in half of the frames, and deeper than 24 % of the leg. It is
-    /// poor if the orientation of the whole body is guessed: its up axis or its left side is unknown, or the motion has
-    /// fewer than 5 frames. The skin makes it at best fair if an edge is longer than at rest by 5 % of the height. So
-    /// does a skin that is 2 % of the height below the floor. Above 10 % and 6 % it is poor.
+    /// degrees. A guessed roll of a bone also makes it at best fair. It is poor if a roll or a line is above 30
+    /// degrees, or a head above 90. It is at best fair if the feet are below the floor in 20 % more of the frames than
+    /// in the source. It is poor if the feet are below the floor in half of the frames, and deeper than 24 % of the
+    /// leg. It is poor if the orientation of the whole body is guessed: its up axis or its left side is unknown, or the
+    /// motion has fewer than 5 frames. The skin makes it at best fair if an edge is longer than at rest by 5 % of the
+    /// height, and poor above 10 %. The limits of the skin's depth below the floor are 2 % and 6 % of the height. It is
+    /// at best fair if a hand is inside the body in more than 2 % of the frames.
     pub verdict: Verdict,
 }
 
@@ -402,7 +406,7 @@ impl RetargetReport {
         }
     }
 
-    /// Keeps only the arms, for a target without legs.
+    /// Removes the legs and the feet from the report, for a target without legs.
     pub(crate) fn leave_out_legs(&mut self) {
         self.limbs.retain(|limb| !limb.bone.is_of_leg());
         let means = self.limbs.iter().map(|limb| limb.mean_degrees);
@@ -430,8 +434,8 @@ impl RetargetReport {
         self
     }
 
-    /// The worst angle in degrees: the largest of a limb in a frame, and the mean of each roll, line of the trunk and
-    /// palm.
+    /// The worst angle in degrees. Compares the largest angle of a limb in a frame, and the mean angle of each roll,
+    /// line of the trunk and palm.
     pub fn worst_degrees(&self) -> f64 {
         // The direction of a head is no difference, because people look aside.
         let differences = self.seen.iter().filter(|seen| seen.aspect != Aspect::Head);
@@ -451,7 +455,7 @@ impl RetargetReport {
     /// let retargeting = Retargeter::new(walk, target, RetargetOptions::new())?;
     /// let report = retargeting.clips()[0].report.body().unwrap();
     /// assert_eq!(report.problem(180.0), None);
-    /// assert!(report.problem(0.0).unwrap().ends_with("and 0 are allowed"));
+    /// assert!(report.problem(0.0).unwrap().ends_with("but at most 0 are allowed"));
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn problem(&self, allowed: f64) -> Option<String> {
@@ -467,12 +471,12 @@ impl RetargetReport {
             (None, Some(seen)) => format!("the {seen} has a mean error of {angle:.2} degrees"),
             (None, None) => format!("a limb has an error of {angle:.2} degrees"),
         };
-        (angle > allowed).then(|| format!("{}: {what}, and {allowed} are allowed", self.clip))
+        (angle > allowed).then(|| format!("{}: {what}, but at most {allowed} are allowed", self.clip))
     }
 
-    /// Whether a motion with locked feet is better than `free`, the motion without the lock. Its feet slide less or are
-    /// above the floor more often, and neither measure is much worse. Its limbs keep their directions, unless the
-    /// motion without the lock is poor too.
+    /// Whether a motion with locked feet is better than `free`, the motion without the lock. With the lock, feet slide
+    /// less or are above the floor more often, and neither measure is much worse. The limbs keep their directions,
+    /// unless the motion without the lock is poor too.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
         let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
             return false;

@@ -1,8 +1,8 @@
 //! Robots, and retargeting of human motion to robots.
 //!
-//! A [`Robot`] is links and joints with their limits, as URDF and MJCF describe them. [`Importer::import_robot`] reads
-//! a robot. [`RobotRetargeter`] retargets the motion of a humanoid to the robot: positions of joints within their
-//! limits, frame by frame. `docs/robots-algorithm.md` explains the algorithm.
+//! A [`Robot`] has links, and joints with limits, as URDF and MJCF describe them. [`Importer::import_robot`] reads a
+//! robot. [`RobotRetargeter`] retargets the motion of a humanoid to the robot: positions of joints within their limits,
+//! frame by frame. `docs/robots-algorithm.md` explains the algorithm.
 //!
 //! [`Importer::import_robot`]: mocap_io::Importer::import_robot
 //!

@@ -16,8 +16,8 @@ use super::Scale;
 
 /// Moves the middle of the hip joints along the scaled path of the source's hip joints.
 ///
-/// The joint of the hips itself is not used. In one skeleton it is between the hip joints, in another the width of a
-/// hand above them.
+/// The joint of the hips itself is not used. In some skeletons it is between the hip joints, in others a hand's width
+/// above them.
 #[derive(Clone, Debug)]
 pub(super) struct Root {
     /// The factors of the horizontal and of the vertical path.
@@ -25,7 +25,7 @@ pub(super) struct Root {
     pub(super) height_scale: f32,
     /// The hip joints of the source, as indices into [`WatchedJoints`].
     source_legs: [usize; 2],
-    /// The height of the ankles of a standing body.
+    /// The height of the ankles of the standing source; `target_ankle` is the height on the target.
     pub(super) source_ankle: f32,
     pub(super) target_ankle: f32,
     /// The vector from the target's hips to the middle of its hip joints, in the axes of the hips.

@@ -21,8 +21,8 @@ pub(super) struct Drive {
 pub(super) enum ParentRule {
     /// No joint: the rotation from the axes of the figure to the parent.
     Still(Quat),
-    /// A driven joint, as an index into `Plan::drives`. `between` is the rotation from that joint to the parent, if it
-    /// is a different joint.
+    /// A driven joint, as an index into `Plan::drives`. If the parent is another joint, `between` is the rotation from
+    /// the driven joint to the parent.
     Drive { drive: usize, between: Option<Quat> },
 }
 
@@ -43,8 +43,8 @@ pub(super) struct Twist {
     pub(super) other: usize,
     /// The direction of the bone in the T-pose.
     pub(super) axis: Vec3,
-    /// Its joints: the fraction of each, and the vector from the joint to the next joint in the frame of the T-pose.
-    /// The joints are not exactly on one line, so the twist of a joint moves the end.
+    /// The joints that share the twist: the fraction of each, and the vector from the joint to the next joint in the
+    /// axes of the T-pose. The joints are not exactly on one line, so the twist of a joint moves the end of the bone.
     pub(super) joints: Vec<(f32, Vec3)>,
 }
 
@@ -63,7 +63,7 @@ impl<const N: usize> Default for BoneTwist<N> {
 }
 
 impl Twist {
-    /// The twist, and the bone after the small rotation that returns the end to the axis.
+    /// The twist, and the rotation of the bone after a small correction that puts the end back on the axis.
     #[inline(always)]
     pub(super) fn at<const N: usize>(&self, frames: &[Rotations<N>]) -> BoneTwist<N> {
         let bone = frames[self.bone];
@@ -82,7 +82,7 @@ impl Twist {
 }
 
 impl Drive {
-    /// The rotation in the frames of the T-pose, from the rotations of the source.
+    /// The rotation of the joint since the T-pose, from the rotations of the source.
     #[inline(always)]
     pub(super) fn frame<const N: usize>(&self, frames: &[Rotations<N>], twists: &[BoneTwist<N>]) -> Rotations<N> {
         match self.rule {

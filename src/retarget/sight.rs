@@ -1,9 +1,9 @@
 //! Compares the visible rotations of a motion on two bodies, in addition to the directions of limbs: the roll of limbs,
 //! the trunk, the head and the palms.
 //!
-//! Of the source, only positions are used: lines of the trunk, planes in which elbows and knees bend, knuckles. Its
-//! rotations only show whether an elbow has a constant axis. Of the target, the axes of its own T-pose move with its
-//! joints. So the comparison detects a wrong T-pose of the source.
+//! Of the source, only positions are used: lines of the trunk, planes in which elbows and knees bend, knuckles. The
+//! source's rotations only show whether an elbow has a constant axis. The axes of the target's T-pose move with the
+//! target's joints. So the comparison detects a wrong T-pose of the source.
 
 use std::fmt;
 
@@ -47,7 +47,7 @@ pub enum Aspect {
 }
 
 impl Aspect {
-    /// Its name, as in JSON.
+    /// The name of the aspect, as in JSON.
     ///
     /// ```
     /// assert_eq!(mocap::retarget::report::Aspect::Roll.as_str(), "roll");
@@ -88,6 +88,7 @@ impl fmt::Display for AspectError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.aspect {
             Aspect::Head => f.write_str(self.aspect.as_str()),
+            Aspect::Trunk => write!(f, "trunk at {}", self.bone.as_str()),
             aspect => write!(f, "{} of {}", aspect.as_str(), self.bone.as_str()),
         }
     }
@@ -137,7 +138,7 @@ pub(super) struct Sight<'a> {
     rolls: Vec<(Limb, Angles)>,
     lines: Vec<([Ends; 2], Angles)>,
     palms: Vec<([[NodeId; 3]; 2], Angles)>,
-    /// The sum of directions of the face in the frame of the chest, and the number of frames.
+    /// The sum of the face's directions in the axes of the chest, and the number of summed directions.
     face: (Vec3, usize),
 }
 
@@ -151,10 +152,11 @@ struct Limb {
     /// The start and the end of the bone on the target, and the joint that rotates with the bone at its hinge.
     target: [NodeId; 2],
     turned: NodeId,
-    /// The rotation from the frame of the T-pose to that joint.
+    /// The rotation from the axes of the T-pose to the joint that rotates with the bone.
     frame_to_joint: Quat,
     axis: Vec3,
-    /// For a forearm, the axes of its elbow in the joint of the source, in the frames that show them.
+    /// For a forearm: the bending axis of the elbow, in the axes of the source's joint, in each frame that shows the
+    /// axis.
     in_forearm: Option<Vec<Vec3>>,
 }
 

@@ -15,8 +15,8 @@ const SOLE: f32 = 0.025;
 /// The number of horizontal directions in which the outermost vertices are searched: one every ten degrees.
 const DIRECTIONS: usize = 36;
 
-/// The tangents of the angles by which these directions point down. A tilted foot, or a foot that points down, has an
-/// edge below its outline.
+/// The tangents of the angles by which the searched directions point down. The lowest edge of a tilted foot, or of a
+/// foot that points down, is below the horizontal outline of the foot.
 const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
 /// The smallest total skin weight of the foot's joints at which a vertex belongs to the foot.
@@ -34,7 +34,7 @@ pub(super) struct Skin {
 /// A vertex of a sole.
 #[derive(Clone)]
 pub(super) struct Vertex {
-    /// Its position at rest.
+    /// The position of the vertex at rest.
     pub(super) at_rest: Vec3,
     /// The nodes that move the vertex, each with its weight, and the position of the vertex in the space of the node.
     pub(super) parts: Vec<(NodeId, f32, Vec3)>,

@@ -14,7 +14,7 @@ use super::rules::{BoneTwist, ParentRule};
 #[derive(Clone, Debug)]
 pub(super) struct Solved<const N: usize> {
     pub(super) seen: WatchedPose<N>,
-    /// The rotations of the source's joints in the frames of the T-pose.
+    /// The rotations of the source's joints since the T-pose.
     frames: Vec<Rotations<N>>,
     /// The twists that several joints share.
     twisted: Vec<BoneTwist<N>>,

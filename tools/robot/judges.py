@@ -1,15 +1,14 @@
 """Robots on which `peers.py` compares programs, and what MuJoCo measures of any program's motion on them."""
 
-import importlib.util
+import functools
 import json
-import pathlib
 
 import mujoco
 import numpy as np
 
 from check import ROOT, Judge, Shapes, rotate
 from measure import WINDOW, jumps, source_rotations
-from packages import LOCOMOTION, model_of
+from packages import LOCOMOTION, axes_of, corners_of, file_of, model_of, without_meshes
 from track import HELPED_STIFFNESS, efforts, helped, with_servos
 
 # A foot in the air scrapes the floor below this height (metres) if it is faster than this (metres a second).
@@ -52,14 +51,6 @@ PACKAGED = {"g1", "t1"}
 FEET = {"g1": ["left_ankle_roll_link", "right_ankle_roll_link"], "t1": ["left_foot_link", "right_foot_link"]}
 
 
-def package_file(robot):
-    """A robot's file in PyPI's package of MuJoCo Playground."""
-    package, _, inner = LOCOMOTION.partition("/")
-    spec = importlib.util.find_spec(package)
-    assert spec and spec.submodule_search_locations
-    return pathlib.Path(spec.submodule_search_locations[0]) / inner / robot / f"xmls/{robot}_mjx_feetonly.xml"
-
-
 def joined(spec):
     """The model of the links alone, whose shapes all collide with each other."""
     for joint in list(spec.joints):
@@ -83,14 +74,6 @@ def successive(model):
         yield tuple(sorted((int(above), body)))
 
 
-def without_meshes(path):
-    spec = mujoco.MjSpec.from_file(str(path))
-    meshes = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH]
-    for element in [*spec.pairs, *spec.excludes, *meshes, *spec.meshes]:
-        spec.delete(element)
-    return spec
-
-
 class Robot(Judge):
     """A robot with links named by bones, and the shapes of its links."""
 
@@ -106,10 +89,9 @@ class Robot(Judge):
             self.shapes = Shapes(joined(without_meshes(self.mjcf)))
         self.shapes.at_rest |= set(successive(self.shapes.model))
         self.surface = list(self.surfaces(self.shapes.model))
-        self.servos = None
 
     def of_package(self, mocap, key):
-        self.mocap, self.key, self.mjcf = mocap, key, package_file(key)
+        self.mocap, self.key, self.mjcf = mocap, key, file_of(LOCOMOTION, f"{key}/xmls/{key}_mjx_feetonly.xml")
         self.urdf = self.mjcf
         self.model = model_of(self.mjcf)
         self.data = mujoco.MjData(self.model)
@@ -128,14 +110,11 @@ class Robot(Judge):
     def points(self, foot):
         """Points of the shapes of a foot, as `check.soles` gives them."""
         for geom in np.flatnonzero(self.model.geom_bodyid == self.body(foot)):
-            at, size, kind = self.model.geom_pos[geom], self.model.geom_size[geom], self.model.geom_type[geom]
+            kind = self.model.geom_type[geom]
             if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
-                yield at, size[0]
+                yield self.model.geom_pos[geom], self.model.geom_size[geom, 0]
             elif kind == mujoco.mjtGeom.mjGEOM_BOX:
-                turn = np.zeros(9)
-                mujoco.mju_quat2Mat(turn, self.model.geom_quat[geom])
-                signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
-                yield from ((at + turn.reshape(3, 3) @ (sign * size), 0.0) for sign in signs)
+                yield from ((corner, 0.0) for corner in corners_of(self.model, geom))
 
     def surfaces(self, model):
         """Shapes of all links but the feet, whose soles are known: the link, the kind, the size, the place, the axes."""
@@ -145,9 +124,7 @@ class Robot(Judge):
             kind = mujoco.mjtGeom(model.geom_type[geom])
             if link in self.soles or kind in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_MESH):
                 continue
-            turn = np.zeros(9)
-            mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-            yield self.body(link), kind, model.geom_size[geom], model.geom_pos[geom], turn.reshape(3, 3)
+            yield self.body(link), kind, model.geom_size[geom], model.geom_pos[geom], axes_of(model, geom)
 
     def heights(self, places, rotations):
         """The height of the lowest point of each shape in each frame, and the names of their links."""
@@ -187,18 +164,18 @@ class Robot(Judge):
         low, high = self.model.jnt_range[1:].T
         return (positions < low - ROUNDING) | (positions > high + ROUNDING)
 
-    def help_needed(self, qpos, fps):
-        if self.servos is None:
-            of_file = dict(zip(self.joints, map(float, self.model.jnt_actfrcrange[1:, 1])))
-            most = of_file if self.key in PACKAGED else efforts(self.urdf)
-            spec = without_meshes(self.mjcf)
-            for geom in spec.geoms:
-                if geom.type != mujoco.mjtGeom.mjGEOM_PLANE:
-                    geom.contype, geom.conaffinity = 0, 0
-            for key in list(spec.keys):
-                spec.delete(key)
-            self.servos = with_servos(spec, {name: most[name] for name in self.joints}, self.soles, HELPED_STIFFNESS)
-        return helped(self.servos, self.joints, qpos, fps)
+    @functools.cached_property
+    def servos(self):
+        """The robot on a floor, moved by servos with its efforts."""
+        of_file = dict(zip(self.joints, map(float, self.model.jnt_actfrcrange[1:, 1])))
+        most = of_file if self.key in PACKAGED else efforts(self.urdf)
+        spec = without_meshes(self.mjcf)
+        for geom in spec.geoms:
+            if geom.type != mujoco.mjtGeom.mjGEOM_PLANE:
+                geom.contype, geom.conaffinity = 0, 0
+        for key in list(spec.keys):
+            spec.delete(key)
+        return with_servos(spec, {name: most[name] for name in self.joints}, self.soles, HELPED_STIFFNESS)
 
     def row(self, qpos, contacts, fps, source, folder):
         """What a motion is judged by. `folder` has the files of `source_joints`."""
@@ -211,7 +188,7 @@ class Robot(Judge):
         window = max(1, round(fps * WINDOW))
         names = [name.lower() for name in self.joints]
         share, jumped = jumps({"dof_pos": qpos[:, 7:], "dof_names": names}, source_rotations(folder, self.mocap, window), window)
-        force, moment = self.help_needed(qpos, fps)
+        force, moment = helped(self.servos, self.joints, qpos, fps)
         deepest = int(heights.min(axis=1).argmin())
         return {
             "robot": self.key, "frames": len(qpos), "fps": fps, "limbs": float(np.mean(list(angles.values()))), "slide": slide,

@@ -36,26 +36,43 @@ HEADING = [
 ]  # fmt: skip
 
 
-def model_of(path):
-    """MuJoCo's model without meshes, whose files the packages do not bring."""
+def file_of(folder, path):
+    """A file of an installed package, whose folder begins with the package's name."""
+    package, _, inner = folder.partition("/")
+    return pathlib.Path(importlib.util.find_spec(package).submodule_search_locations[0]) / inner / path
+
+
+def without_meshes(path):
+    """A robot without its meshes, whose files the packages do not bring."""
     spec = mujoco.MjSpec.from_file(str(path))
     for element in [*spec.pairs, *spec.excludes, *[geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH], *spec.meshes]:
         spec.delete(element)
-    return spec.compile()
+    return spec
+
+
+def model_of(path):
+    return without_meshes(path).compile()
+
+
+def axes_of(model, geom):
+    """The axes of a shape in the frame of its body, as columns."""
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    return turn.reshape(3, 3)
+
+
+def corners_of(model, geom):
+    """Points of a shape, in the frame of its body: the corners of a box, or the ends of an axis."""
+    size = model.geom_size[geom]
+    half = {mujoco.mjtGeom.mjGEOM_BOX: size, mujoco.mjtGeom.mjGEOM_CAPSULE: [0, 0, size[1]], mujoco.mjtGeom.mjGEOM_CYLINDER: [0, 0, size[1]]}
+    half = np.array(half.get(mujoco.mjtGeom(model.geom_type[geom]), [0, 0, 0]))
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
+    return model.geom_pos[geom] + (signs * half) @ axes_of(model, geom).T
 
 
 def corners(model, body):
     """Points of the shapes of a body, in its frame."""
-    found = []
-    for geom in np.flatnonzero(model.geom_bodyid == body):
-        turn = np.zeros(9)
-        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-        size = model.geom_size[geom]
-        half = {mujoco.mjtGeom.mjGEOM_BOX: size, mujoco.mjtGeom.mjGEOM_CAPSULE: [0, 0, size[1]], mujoco.mjtGeom.mjGEOM_CYLINDER: [0, 0, size[1]]}
-        half = np.array(half.get(mujoco.mjtGeom(model.geom_type[geom]), [0, 0, 0]))
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
-        found.extend(model.geom_pos[geom] + (signs * half) @ turn.reshape(3, 3).T)
-    return np.array(found)
+    return np.concatenate([corners_of(model, geom) for geom in np.flatnonzero(model.geom_bodyid == body)])
 
 
 class Robot:
@@ -125,9 +142,7 @@ def main():
     print("|---" * len(HEADING) + "|")
     rows = []
     for name, (folder, path) in ROBOTS.items():
-        package, _, inner = folder.partition("/")
-        place = pathlib.Path(importlib.util.find_spec(package).submodule_search_locations[0])
-        robot = Robot(os.environ["MOCAP"], name, place / inner / path)
+        robot = Robot(os.environ["MOCAP"], name, file_of(folder, path))
         for motion in motions:
             with tempfile.TemporaryDirectory() as made:
                 row = robot.row(motion, pathlib.Path(made), args.options)

@@ -20,6 +20,7 @@ import numpy as np
 
 from check import ROOT, SAMPLE, rotate, run, source_joints
 from judges import KEYS, T_POSES, Robot
+from measure import GOOD as CALLED_GOOD
 
 # Weights of the place and the rotation of a link, by its bone: those of GMR's first table for G1. Other weights of GMR for the other
 # robots: the rotation of H1's torso and of T1's feet.
@@ -29,7 +30,7 @@ ROTATIONS = {("h1", "chest"): 100.0, ("t1", "leftFoot"): 50.0, ("t1", "rightFoot
 STEPS, ENOUGH, DAMPING = 10, 1e-3, 0.5
 # Left, up and forward of the figure to X forward, Y left, Z up.
 AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-# The motions of `--all`: a file of fixtures, and the seconds of it.
+# The motions of `--all`: a file below `fixtures`, and the seconds from which to which it is used.
 ALL = [
     ("real/cmu_12_01_walk.bvh", "0..3"), ("real/motionbuilder_vicon_walk.bvh", "0..3"), ("real/motionbuilder_vicon_walk.bvh", "5..8"),
     ("real/nan_tokens.bvh", "0..3"), ("real/makehuman_zombie_walk.bvh", None), ("real/additive_root_walk.bvh", None), ("real/run.fbx", None),
@@ -44,8 +45,8 @@ ALL = [
 ]  # fmt: skip
 # What a motion keeps to: fractions of swing frames and of frames, numbers, and metres a second more than in the source.
 WANTED = {"scrapes": 0.03, "deep": 0.01, "beyond": 0, "jumps": 0, "more_slide": 0.005}
-# What a motion that is called good keeps to, and degrees of the limbs.
-GOOD = WANTED | {"collide": 0.03, "limbs": 8.0}
+# What a motion that is called good keeps to, with degrees of the limbs.
+GOOD = WANTED | {"collide": CALLED_GOOD["collide"], "limbs": CALLED_GOOD["degrees"]}
 # A column: its heading, its value in a row, and its digits.
 COLUMNS = [
     ("limbs, degrees", "limbs", 1, 1), ("slide, cm/s", "slide", 100, 1), ("scrapes, % of swing", "scrapes", 100, 1),
@@ -110,7 +111,7 @@ def follow(robot, bones, fps):
     upper, lower, foot = (bones[f"left{bone}"][0] for bone in ["UpperLeg", "LowerLeg", "Foot"])
     human_leg = np.mean(np.linalg.norm(upper - lower, axis=1) + np.linalg.norm(lower - foot, axis=1))
     scale = leg / human_leg
-    # The lowest ankle stands as high as that of the robot on its soles.
+    # Raises the person until the lowest ankle has the height at which the robot stands on its soles.
     lowest = min(bones[f"{side}Foot"][0][:, 2].min() for side in ["left", "right"])
     raised = np.array([0.0, 0.0, ankle_height - scale * lowest])
     places = {bone: scale * place + raised for bone, (place, _) in bones.items()}
@@ -144,21 +145,20 @@ def follow(robot, bones, fps):
 
 
 def pieces(mocap, motions, folder):
-    """The files to retarget, with their names: parts of files are written as BVH."""
+    """The files to retarget, with their names and what names them to `mocap robot`. Parts of files are written as BVH."""
     for number, (path, trim) in enumerate(motions):
         if trim is None:
-            yield path, path.stem
+            yield path, path.stem, [path]
             continue
         part = folder / f"{number}.bvh"
         done, _ = run(mocap, "convert", path, part, "--drop-first-frame", "auto", "--trim", trim)
         assert done.returncode == 0, done.stderr
-        yield part, f"{path.stem} {trim} s"
+        yield part, f"{path.stem} {trim} s", [path, "--trim", trim]
 
 
-def rows_of(robot, mocap, motion, name, alone, folder):
+def rows_of(robot, mocap, motion, name, words, alone, folder):
     """A row for each program: what a motion on the robot is judged by."""
-    command = [mocap, "robot", motion, "--robot", robot.urdf, "-o", folder / "a.npz"]
-    done, seconds = run(*command, "--json")
+    done, seconds = run(mocap, "robot", motion, "--robot", robot.urdf, "-o", folder / "a.npz", "--json")
     if done.returncode:
         print(f"{robot.key} {name}: {done.stderr.strip()[:200]}", file=sys.stderr)
         return
@@ -171,7 +171,7 @@ def rows_of(robot, mocap, motion, name, alone, folder):
     source = source_joints(mocap, motion, folder)
     made = [("mocap", qpos, seconds)]
     if not alone:
-        # What mocap takes for the frame before the motion is left out by both.
+        # mocap drops a rest pose before the motion. The same frame of mink is dropped.
         theirs, their_seconds = follow(robot, bones_of(mocap, motion, folder), fps)
         made.append(("mink", theirs[len(theirs) - len(qpos) :], their_seconds))
     for program, qpos, seconds in made:
@@ -181,7 +181,7 @@ def rows_of(robot, mocap, motion, name, alone, folder):
         row["more_slide"] = None if None in (row["slide"], source_slide) else row["slide"] - source_slide
         if program == "mocap":
             row |= {key: report[key] for key in ["verdict", "source_skate"]}
-            row["command"] = shlex.join(map(str, command[:-1] + ["a.npz"]))
+            row["command"] = shlex.join(map(str, ["mocap", "robot", *words, "--robot", robot.urdf, "-o", "a.npz"]))
         yield row
 
 
@@ -239,10 +239,10 @@ def main():
     programs = ["mocap"] if args.alone else ["mocap", "mink"]
     robots = [Robot(mocap, key) for key in args.robot or KEYS]
     with tempfile.TemporaryDirectory() as parts:
-        for motion, name in pieces(mocap, motions, pathlib.Path(parts)):
+        for motion, name, words in pieces(mocap, motions, pathlib.Path(parts)):
             for robot in robots:
                 with tempfile.TemporaryDirectory() as folder:
-                    for row in rows_of(robot, mocap, motion, name, args.alone, pathlib.Path(folder)):
+                    for row in rows_of(robot, mocap, motion, name, words, args.alone, pathlib.Path(folder)):
                         rows.append(row)
                         cells = (number(row[column], factor, digits) for _, column, factor, digits in COLUMNS)
                         print(row["robot"], name, row["program"], *cells, row.get("verdict", ""), sep=", ", file=sys.stderr, flush=True)

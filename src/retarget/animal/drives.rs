@@ -13,17 +13,19 @@ use super::{SEGMENTS, Segment};
 use crate::by_names::key;
 use crate::plan::UnmappedBone;
 
-/// The cosine of the angle between the directions of a segment in both standing poses below which the segment has
-/// another role: 45 degrees. The foot of a bear lies on the ground, and the foot of a dog stands on its toes.
+/// The cosine of 45 degrees. If the directions of a segment in the two standing poses differ by a larger angle, the
+/// segment has another role. The foot of a bear lies on the ground, but a dog stands on its toes.
 const OTHER_ROLE: f32 = 0.7;
 
-/// The cosine of the angle between a segment and the left of the body above which left does not show its roll.
+/// The cosine of the angle between a segment and the body's left direction. Above this cosine, both directions are so
+/// near that the left direction does not determine the roll of the segment.
 const SIDEWAYS: f32 = 0.8;
 
-/// The rule for the rotation of a joint in the world. Rotations with `was` are the inverse in the standing pose.
+/// The rule for the rotation of a joint in the world. `was` has inverse rotations of source joints in the standing
+/// pose.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    /// The rotation from the standing pose of a place between two joints.
+    /// The rotation, since the standing pose, of a point between two joints of the source.
     Turn {
         joints: [NodeId; 2],
         fraction: f32,
@@ -71,16 +73,16 @@ impl Point {
 pub(super) struct Drive {
     pub(super) node: NodeId,
     rule: Rule,
-    /// The frame of the source in its standing pose.
+    /// The coordinate frame of the source in its standing pose.
     frame: Quat,
-    /// The rotation from the frame of the target to its joint, in the standing pose.
+    /// The rotation from the coordinate frame of the target to its joint, in the standing pose.
     after: Quat,
-    /// Its standing pose relative to its parent.
+    /// The transform of the joint in the standing pose, relative to its parent.
     pub(super) stands: Trs,
 }
 
 impl Drive {
-    /// The rotation in the world of the target, whose parent has the rotation `above`.
+    /// The rotation of the joint in the world of the target. `above` is the rotation of its parent.
     pub(super) fn rotation(&self, from: &Pose, to_target: Quat, above: Quat) -> Quat {
         let now = |joint: NodeId| rotation_of(&from.node_to_world[joint.index()]);
         match self.rule {
@@ -172,7 +174,7 @@ impl<'a> Drives<'a> {
         self.of_one_name();
     }
 
-    /// The joints of the source that nothing follows.
+    /// The joints of the source that no joint of the target follows.
     pub(super) fn lacking(&self) -> Vec<String> {
         let root = common(self.source, &[self.animal.pelvis, self.animal.withers]);
         let nodes = self.source.nodes.iter().enumerate();
@@ -183,8 +185,8 @@ impl<'a> Drives<'a> {
         lacking.map(|(_, node)| node.name.clone()).collect()
     }
 
-    /// The drives, parents first, the segments of legs, the segments that are not compared, and the index of the drive
-    /// with the path.
+    /// Returns the drives (parents before children), the segments of legs, the segments that are not compared, and the
+    /// index of the drive that gets the path.
     pub(super) fn into_parts(mut self) -> (Vec<Drive>, Vec<Segment>, Vec<UnmappedBone>, usize) {
         self.drives.sort_by_key(|drive| drive.node.index());
         let root = self.drives.iter().position(|drive| drive.node == self.root);
@@ -214,14 +216,15 @@ impl<'a> Drives<'a> {
         rotation_of(&self.to.node_to_world[node.index()])
     }
 
-    /// A joint with the rotation of a place between two joints.
+    /// Drives a joint by the rotation of a point between two joints of the source.
     fn turn(&mut self, node: NodeId, joints: [NodeId; 2], fraction: f32) {
         let was = joints.map(|joint| self.was(joint));
         joints.iter().for_each(|joint| self.used[joint.index()] = true);
         self.add(node, Rule::Turn { joints, fraction, was }, self.from.axes, self.axes);
     }
 
-    /// The joints of a chain with the rotations of another chain, by their place along it.
+    /// Drives the joints of a chain by the rotations of another chain. Each joint takes the rotation at its own
+    /// fraction of the chain's length.
     fn along(&mut self, from: &[NodeId], to: &[NodeId]) {
         if from.is_empty() || to.is_empty() {
             return;
@@ -234,7 +237,7 @@ impl<'a> Drives<'a> {
         from.iter().for_each(|joint| self.used[joint.index()] = true);
     }
 
-    /// A joint that points from one point to another as in the source.
+    /// Drives a joint that points from one point to another in the same direction as in the source.
     fn aim(&mut self, node: NodeId, end: NodeId, joint: NodeId, points: [Point; 2]) {
         let [begin, to] = points.each_ref().map(|point| point.position(&self.from.pose));
         let directions = [to - begin, self.to.position(end) - self.to.position(node)];
@@ -252,7 +255,7 @@ impl<'a> Drives<'a> {
         self.add(node, Rule::Aim { joint, was, points }, frame, other);
     }
 
-    /// The neck and the head.
+    /// Drives the joints of the neck and the head.
     fn neck(&mut self) {
         let chain = |animal: &Quadruped| {
             let mut nodes = animal.neck.clone();
@@ -353,22 +356,22 @@ fn is_below(scene: &Scene, node: NodeId, one: NodeId, other: NodeId) -> bool {
     above.any(|above| above == one || above == other)
 }
 
-/// The lowest node above all these nodes, or one of them.
+/// The lowest common ancestor of two nodes. A node counts as its own ancestor.
 fn common(scene: &Scene, nodes: &[NodeId; 2]) -> NodeId {
     let above = |node: NodeId| std::iter::successors(Some(node), |node| scene.nodes[node.index()].parent);
     let found = above(nodes[0]).find(|one| above(nodes[1]).any(|other| other == *one));
     found.unwrap_or(nodes[0])
 }
 
-/// The frame of a direction: +Z along it, +X towards a side. `None` if one of them has no length, or if they are
-/// parallel.
+/// The coordinate frame of a direction: +Z along the direction, +X towards a side. `None` if a vector has no length, or
+/// if they are parallel.
 fn frame(direction: Vec3, side: Vec3) -> Option<Quat> {
     let forward = direction.try_normalize()?;
     let side = side.reject_from_normalized(forward).try_normalize()?;
     Some(Quat::from_mat3(&Mat3::from_cols(side, forward.cross(side), forward)).normalize())
 }
 
-/// The place of each joint along a chain, from 0 to 1.
+/// The position of each joint along a chain, from 0 at its start to 1 at its end.
 fn fractions(pose: &Pose, chain: &[NodeId]) -> Vec<f32> {
     let mut lengths = vec![0.0_f32];
     for pair in chain.windows(2) {
@@ -381,7 +384,7 @@ fn fractions(pose: &Pose, chain: &[NodeId]) -> Vec<f32> {
     lengths.iter().map(place).collect()
 }
 
-/// The point of a chain at a place.
+/// The point of a chain at the position `at`. `places` has the positions of the joints.
 fn point_at(chain: &[NodeId], places: &[f32], at: f32) -> Point {
     let next = places.iter().position(|place| *place >= at);
     match next {

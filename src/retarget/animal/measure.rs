@@ -1,4 +1,4 @@
-//! Measures the motion of an animal on another animal, from the poses of both.
+//! Measures how well the motion of one animal follows the motion of another animal, from the poses of the two animals.
 
 use glam::{DQuat, DVec3, Vec3};
 use mocap_figure::animal::AnimalTrack;
@@ -9,7 +9,7 @@ use super::AnimalRetargeter;
 use crate::measure::skin::{SkinnedMotion, examine};
 use crate::quality::{FeetReport, FootMotion, LimbError, RetargetReport, verdict};
 
-/// The depth below the floor that counts, as a fraction of the leg, as for people.
+/// The smallest depth below the floor that counts, as a fraction of the leg. The same limit applies to people.
 const BELOW: f64 = 0.012;
 
 impl AnimalRetargeter {
@@ -80,7 +80,7 @@ impl AnimalRetargeter {
         report
     }
 
-    /// The paws of both, in the frames in which a paw of the source is in stance.
+    /// Compares the paws of source and target, in the frames in which a paw of the source is in stance.
     fn feet(&self, track: &AnimalTrack, paws: &[[DVec3; 4]], fps: f64) -> FeetReport {
         let (mut before, mut after, mut count) = (0.0, 0.0, 0_usize);
         let frames = paws.len().min(track.frames.len());

@@ -42,7 +42,7 @@ pub struct RetargetedClip {
     pub(crate) face: Vec<FaceTrack>,
     /// The extras of the clip in the source, with the times of their events.
     pub(super) extras: Option<Value>,
-    /// The angles between its limbs and the limbs of the source, if the target is a robot.
+    /// The angles between the robot's limbs and the limbs of the source, if the target is a robot.
     pub(super) limb_angles: Option<Vec<LimbAngles>>,
 }
 

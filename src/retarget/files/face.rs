@@ -44,8 +44,8 @@ impl Retargeter {
         }
     }
 
-    /// The expressions of the sources that an output of `format`, which has no expressions, loses, with messages about
-    /// them. Other messages are about expressions that become curves of morph targets.
+    /// The expressions of the sources that an output of `format` loses, because the format has no expressions, and
+    /// messages about the loss. Further messages state the expressions that become curves of morph targets.
     #[doc(hidden)]
     pub fn faces_in(&self, format: &str) -> (Option<DataLoss>, Vec<String>) {
         let target = self.target.scene();

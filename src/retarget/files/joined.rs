@@ -10,9 +10,9 @@ use mocap_scene::scene::Scene;
 use super::{RetargetOptions, Retargeter};
 
 /// Applies steps to the first animation of a scene in their order, and records each step. A step with a second motion
-/// takes the motion of `others` that its option `with` names, where 2 is the first. Without `with`, it takes the motion
-/// after the one that the previous step took. A second motion with another skeleton is retargeted, and the report of
-/// its step says so.
+/// takes a motion of `others`. The step's option `with` is the number of this motion; the first has the number 2.
+/// Without `with`, the step takes the motion after the one that the previous step took. A second motion with another
+/// skeleton is retargeted, and the report of its step says so.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -70,7 +70,8 @@ pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Resul
         let Diagnostic { code, message, .. } = error.diagnostic();
         let message =
             format!("the two motions have different skeletons, and the second cannot be retargeted: {message}");
-        let help = format!("choose motions of humanoids, or motions of the same skeleton: {difference}");
+        let help =
+            format!("choose motions of humanoids, or motions of one skeleton; these skeletons differ: {difference}");
         Error::from(Diagnostic::new(*code, message).help(help))
     };
     let mut first_alone = other.clone();

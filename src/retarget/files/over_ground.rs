@@ -1,7 +1,8 @@
 //! The root motion of a clip on a character: removed, or moved to a node above the hips.
 //!
-//! [`process`](mocap_scene::process) does both for skeletons whose joints have no rotations at rest and carry no skin.
-//! The skeleton of a character may have any frames, and gets a new node only if no node is above the hips.
+//! [`process`](mocap_scene::process) removes or moves the root motion of skeletons whose joints have no rotations at
+//! rest and carry no skin. The joints of a character may have any axes at rest. A character gets a new node only if no
+//! node is above the hips.
 
 use std::sync::Arc;
 
@@ -19,7 +20,7 @@ const NO_HEADING: f32 = 1e-9;
 /// The name that readers of FBX give the topmost node. No clip of an FBX file moves this node.
 const ROOT_OF_FBX: &str = "RootNode";
 
-/// The target with a node `Root` above its hips, if its file has no node there.
+/// The target. If its file has no node above the hips, the target gets a node `Root` above them.
 ///
 /// # Errors
 /// If the file cannot be changed.
@@ -37,8 +38,9 @@ pub(super) fn with_root(target: Target, hips: NodeId) -> Result<Target> {
     })
 }
 
-/// Keeps the hips above their first point on the ground, or moves their horizontal translation and their heading to the
-/// topmost node above them. In the second case, nothing moves in the world.
+/// For [`RootMotion::InPlace`], keeps the hips above the point on the ground where they start. For
+/// [`RootMotion::Extract`], moves their horizontal translation and their heading to the topmost node above them; the
+/// world position of each joint stays.
 pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, root: RootMotion) {
     let above = match root {
         RootMotion::Keep => return,

@@ -39,16 +39,16 @@ pub struct SourceMotion {
     pub scene: Scene,
     #[doc(hidden)]
     pub bones: Option<Humanoid>,
-    /// The name of its clip. Default: the name of the file, without the extension.
+    /// The name of the clip. Default: the name of the file, without the extension.
     pub name: String,
     /// The values that the file does not state, with reasons.
     pub assumptions: Vec<Assumption>,
     /// Whether [`Retargeter::add`](super::Retargeter::add) dropped a rest pose in the first frame.
     pub is_rest_pose_left_out: bool,
-    /// Whether the conversion changed the frames, and so handled a rest pose in the first frame.
+    /// Whether the conversion changed the frames. If so, it has already kept or dropped a rest pose in the first frame.
     pub(super) has_other_frames: bool,
-    /// The motion with all its frames, if the conversion changed the frames, or with other motions of its skeleton. It
-    /// shows the T-pose.
+    /// A scene that shows the T-pose. It has all frames of the motion if the conversion changed the frames, or also the
+    /// frames of other motions of the skeleton.
     #[doc(hidden)]
     pub whole: Option<Box<Scene>>,
 }
@@ -73,7 +73,7 @@ impl SourceMotion {
         &self.scene
     }
 
-    /// Sets the name of its clip.
+    /// Sets the name of the clip.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
@@ -108,9 +108,9 @@ impl SourceMotion {
     }
 }
 
-/// The scene after a conversion with all its frames, or with the frames of `shown`, which are in the same space. `None`
-/// if `shown` is absent and the conversion does not change the frames. All frames show the T-pose, so a part of a
-/// motion is retargeted as in the whole motion.
+/// The converted scene with all its frames. If `shown` is given, it has the frames of `shown`, whose unit and axes are
+/// those of `scene`. `None` if `shown` is absent and the conversion does not change the frames. All frames show the
+/// T-pose, so a part of a motion is retargeted as in the whole motion.
 #[doc(hidden)]
 pub fn whole(
     scene: &mut Scene,
@@ -139,7 +139,7 @@ pub fn whole(
 pub(super) struct SourceMotions {
     pub(super) source: SourceMotion,
     pub(super) mover: Mover,
-    /// The range of its clips among all clips.
+    /// The range of the source's clips among all clips.
     pub(super) clips: Range<usize>,
 }
 

@@ -49,8 +49,8 @@ impl Target {
         }
     }
 
-    /// Its skeleton, with a node for each link of a robot. A character is in metres with +Y up, a robot in metres with
-    /// +Z up.
+    /// The skeleton of the target, with a node for each link of a robot. A character is in metres with +Y up, a robot
+    /// in metres with +Z up.
     pub fn scene(&self) -> Cow<'_, Scene> {
         match self {
             Self::Character(character) => Cow::Borrowed(character.scene()),

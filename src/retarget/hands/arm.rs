@@ -20,17 +20,18 @@ const PALM: f32 = 0.05;
 /// length, the elbow moves centimetres while the hand moves millimetres.
 const STRETCH: f32 = 0.995;
 
-/// The fraction of its length by which a stretched arm may still be stretched, so that the limit has no corner.
+/// How much farther an arm may stretch if it is already stretched beyond [`STRETCH`], as a fraction of its length. With
+/// 0, the path of the hand would have a corner at the limit.
 const NO_ROOM: f32 = 1e-3;
 
 /// The power that sets how sharply the limit begins. With the sixth power, an arm reaches half of its remaining length
 /// with an error of 0.3 %.
 const SHARPNESS: i32 = 6;
 
-/// The sideways offset of a straight arm's elbow by its hinge, as a fraction of the upper arm.
+/// The sideways offset that the hinge gives to the elbow of a straight arm, as a fraction of the upper arm.
 const HINGE: f32 = 0.03;
 
-/// The shift at which this offset has half the weight, as a fraction of the upper arm.
+/// The shift of the hand at which the offset by [`HINGE`] has half the weight, as a fraction of the upper arm.
 const FAR: f32 = 0.1;
 
 /// The smallest angle between upper arm and forearm, in radians. An elbow bends by 150 degrees (American Academy of
@@ -49,7 +50,7 @@ const ALONG: f32 = 0.3;
 /// The angle that the lean of the trunk never exceeds, in radians: 20 degrees.
 const LEAN: f32 = 0.35;
 
-/// The largest angle between forearm and hand, in radians, from the same source: a wrist bends by 80 degrees.
+/// The largest angle between forearm and hand, in radians. A wrist bends by 80 degrees (same source as for the elbow).
 const WRIST: f32 = 1.4;
 
 /// The goal of a wrist, in the world.
@@ -66,9 +67,9 @@ pub(crate) struct Arm {
     pub(crate) is_arm: bool,
     /// Upper arm, forearm and hand.
     pub(crate) joints: [NodeId; 3],
-    /// The axis about which the elbow bends, in the frame of the upper arm's joint.
+    /// The axis about which the elbow bends, in the axes of the upper arm's joint.
     hinge: Vec3,
-    /// The vector from the wrist to the palm, in the frame of the hand's joint.
+    /// The vector from the wrist to the palm, in the axes of the hand's joint.
     palm: Vec3,
 }
 

@@ -16,7 +16,7 @@ use crate::hand_report::{HandContact, TouchedPart};
 /// middle of a palm from a surface.
 pub(super) const THICKNESS: f32 = 0.014;
 
-/// The shift that is not visible, in metres.
+/// The largest shift of a palm that is not visible, in metres.
 const UNSEEN: f32 = 2e-3;
 
 /// The time over which the weight of a contact rises and falls, in seconds: the first trial, and the longest.
@@ -40,11 +40,11 @@ const PUSH: f32 = 0.15;
 /// The number of steps of this push. One step is not exact, because the head is round.
 const PUSHES: usize = 3;
 
-/// The mapping of places from the source to the target.
+/// Maps places on parts of the source to places on the target.
 pub(super) struct Places {
     pub(super) source: Vec<Shape>,
     pub(super) target: Vec<Shape>,
-    /// The ratio of lengths and heights on the target to the source.
+    /// The ratios of lengths and of heights on the target to the source.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
     /// The floor of the target.
@@ -60,7 +60,7 @@ pub(super) struct Contact {
     /// The first and the last frame of the contact.
     first: usize,
     last: usize,
-    /// Half the number of frames of the ease, and its maximum.
+    /// Half the number of frames over which the shift starts or ends. `most` is the largest value that `ease` may get.
     ease: usize,
     most: usize,
     /// The applied fraction of the shift.
@@ -69,7 +69,7 @@ pub(super) struct Contact {
     from: isize,
     /// The shift of the palm, in the axes of the figure. For two hands, the shift of the left palm.
     shifts: Vec<Vec3>,
-    /// The mean distance in the source, scaled to the target.
+    /// The mean distance of the palm from the surface in the source, scaled to the target.
     gap: f32,
 }
 
@@ -224,7 +224,7 @@ impl Contact {
         }
     }
 
-    /// The frames that the contact changes, and the frames whose jerk depends on them.
+    /// The frames that the contact changes, and the frames next to them whose jerk depends on the changed frames.
     pub(super) fn frames(&self, count: usize) -> Range<usize> {
         /// A third difference has four values.
         const BESIDE: usize = 3;

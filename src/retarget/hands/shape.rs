@@ -1,8 +1,9 @@
 //! The surfaces of a body that hands touch.
 //!
-//! Each part is a capsule with elliptic sections in the frame of its bone in the T-pose: +X left, +Y up, +Z forward. So
-//! a place on a part of one body corresponds to a place on the same part of another body. A place has a distance along
-//! the axis, a direction as a multiple of the section, and a height above the surface.
+//! Each part is a capsule with elliptic sections, in the axes that its bone has in the T-pose: +X left, +Y up, +Z
+//! forward. A place on a part of one body corresponds to a place on the same part of another body. Three values state a
+//! place: the distance along the capsule's axis, the direction away from the axis, and the height above the surface.
+//! The direction is measured in half-axes of the elliptic section.
 
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
@@ -54,8 +55,8 @@ const SKIN_RANGE: [f32; 2] = [0.5, 3.0];
 /// The fraction of the vertices that are ignored as outside a part, such as belts.
 const OUTSIDE: f64 = 0.03;
 
-/// The fraction of the vertices that are ignored as outside a head: single hairs. Most vertices of a head are in the
-/// face.
+/// The fraction of the vertices that are ignored as outside a head: single hairs. The fraction is small, because most
+/// vertices of a head are in the face.
 const OUTSIDE_OF_HEAD: f64 = 0.005;
 
 /// The number of directions from top to bottom in which the outline of a head is measured: one every 18 degrees.
@@ -82,11 +83,11 @@ pub(super) struct Shape {
     pub(super) part: TouchedPart,
     joint: NodeId,
     frame_to_joint: Quat,
-    /// The ends of its axis in the frame, relative to the joint.
+    /// The ends of the part's axis, relative to the joint.
     axis: [Vec3; 2],
     /// The joint at which the axis of a limb ends.
     end: Option<NodeId>,
-    /// Half its size along the axes of the frame, at both ends of the axis.
+    /// Half the size of the part in each direction, at both ends of the axis.
     extents: [Vec3; 2],
     /// The distances of a head's skin from the middle of the head, in directions from top to bottom and all around:
     /// [`ROWS`] x [`COLUMNS`]. Empty for an ellipsoid, without a skin.
@@ -107,9 +108,9 @@ pub(super) struct PlacedShape<'a> {
 pub(super) struct Spot {
     /// The position along the axis, from 0 to 1.
     along: f32,
-    /// The offset from this position, in the frame of the part.
+    /// The offset from this position, in the axes of the part.
     offset: Vec3,
-    /// The offset from the beginning of the axis, in the frame of the part.
+    /// The offset from the start of the axis, in the axes of the part.
     pub(super) from_start: Vec3,
 }
 
@@ -207,7 +208,8 @@ pub(super) fn shapes(body: &Body, scene: &Scene) -> Vec<Shape> {
     shapes
 }
 
-/// The vertices of the skin that move mostly with each bone, in the bone's frame in the T-pose, relative to the joint.
+/// The vertices of the skin that move mostly with each bone, relative to the joint, in the axes that the bone has in
+/// the T-pose.
 fn skin(body: &Body, scene: &Scene) -> HashMap<Bone, Vec<Vec3>> {
     let rest = Pose::rest(scene);
     let bone_of: HashMap<usize, Bone> = body.bones.iter().map(|(bone, joint)| (joint.index(), *bone)).collect();
@@ -249,7 +251,7 @@ impl Spot {
         }
     }
 
-    /// The direction away from the axis, in the frame of the part.
+    /// The direction away from the axis, in the axes of the part.
     fn direction(&self) -> Vec3 {
         self.offset.normalize_or(Vec3::Z)
     }
@@ -322,7 +324,7 @@ impl Shape {
         }
     }
 
-    /// The distance of the surface from the axis in a direction of the frame, of unit length.
+    /// The distance of the surface from the axis in a direction of unit length, in the axes of the part.
     fn radius(&self, along: f32, direction: Vec3) -> f32 {
         if self.outline.is_empty() {
             return (direction / self.extents[0].lerp(self.extents[1], along))
@@ -377,7 +379,7 @@ fn cell_of(direction: Vec3) -> [f32; 2] {
     [down * (ROWS - 1) as f32, around * COLUMNS as f32]
 }
 
-/// Vertices of the skin of a hand, in the frame of its joint without the scale of this frame.
+/// Vertices of the skin of a hand, in the axes of its joint, without the scale of the joint.
 pub(super) fn hand_vertices(body: &Body, scene: &Scene, hand: NodeId) -> Vec<Vec3> {
     let rest = Pose::rest(scene);
     let to_joint = rotation_of(&rest.node_to_world[hand.index()]).inverse();
@@ -400,7 +402,8 @@ pub(super) fn hand_vertices(body: &Body, scene: &Scene, hand: NodeId) -> Vec<Vec
         .collect()
 }
 
-/// The larger of two lengths, rounded off by half of `corner` where they are equal. A corner in a path would be a jerk.
+/// The larger of two lengths, rounded off by half of `corner` where they are equal. Without rounding, the path of a
+/// hand would have a corner, which is a jerk.
 pub(super) fn larger([one, other]: [f32; 2], corner: f32) -> f32 {
     0.5 * (one + other + (one - other).hypot(corner))
 }

@@ -11,12 +11,12 @@ use super::shape::{LEG, Shape, Spot};
 use crate::hand_report::TouchedPart;
 use crate::measure::Moving;
 
-/// The largest speed of a hand relative to the touched part, in m/s, for a body whose leg is [`LEG`] long. It is below
-/// the speed of feet at rest, because skin and clothes yield.
+/// The largest speed of a hand relative to the touched part, in m/s, for a body whose leg is [`LEG`] long. It is higher
+/// than for feet at rest, because skin and clothes yield.
 const SPEED: f64 = 0.3;
 
-/// The largest distance of a palm from the surface that it touches, in metres, for the same body. The thickness of the
-/// source's body is only guessed, with an error of some centimetres.
+/// The largest distance of a palm from the surface that it touches, in metres, for a body whose leg is [`LEG`] long.
+/// The thickness of the source's body is only guessed, with an error of some centimetres.
 fn nearest(part: TouchedPart, spot: &Spot) -> f64 {
     match part {
         // The distance from palm to palm, for clasped hands.
@@ -37,7 +37,7 @@ pub(super) struct Touch {
     pub(super) side: Side,
     pub(super) part: TouchedPart,
     /// The place of the hand relative to the part, frame by frame. For two hands, `from_start` is the vector from the
-    /// left to the right palm. For the floor, it is the position of the palm, in the axes of the figure.
+    /// left to the right palm. For the floor, `from_start` is the position of the palm, in the axes of the figure.
     pub(super) spots: Vec<Spot>,
     /// The distance from the surface, in units of the scene.
     pub(super) gaps: Vec<f32>,
@@ -56,7 +56,8 @@ impl Touch {
         }
     }
 
-    /// Whether the hand is nearer to another part of the body in a contact: a hand at a knee is near thigh and shin.
+    /// Whether, in this contact, the hand is nearer to the part of `other` than to the part of `self`. A hand at a knee
+    /// is near both thigh and shin.
     pub(super) fn is_beside(&self, other: &Self, [first, last]: [usize; 2]) -> bool {
         let is_of_body = |touch: &Self| !matches!(touch.part, TouchedPart::OtherHand | TouchedPart::Floor);
         if self.side != other.side || self.part == other.part || !(is_of_body(self) && is_of_body(other)) {

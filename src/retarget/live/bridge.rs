@@ -49,7 +49,7 @@ pub struct VmcBridge {
     onto: BridgeTarget,
     says: Sender,
     stage: Option<Stage>,
-    /// The reason why there is no stage: the received bones are not a body.
+    /// The reason why there is no stage: the received bones do not form a body.
     problem: Option<Error>,
     /// The received bones, each with its latest and its first pose.
     bones: BTreeMap<Bone, BonePose>,
@@ -102,7 +102,7 @@ impl Frame {
     }
 }
 
-/// The retargeter of the poses. It is made when the bones of the sender are known.
+/// The retargeter of the poses, and its poses. It is made when the bones of the sender are known.
 #[derive(Debug)]
 struct Stage {
     from: Pose,

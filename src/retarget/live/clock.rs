@@ -22,7 +22,8 @@ pub(super) struct FrameTime {
 }
 
 impl FrameTime {
-    /// Seconds since an earlier frame, by the sender's clock. If the time is missing or jumps, by the receiver's clock.
+    /// Seconds since an earlier frame, by the sender's clock. If the sender's time is missing or jumps, by the
+    /// receiver's clock.
     pub(super) fn since(self, before: Self) -> f64 {
         let step = before.sender.zip(self.sender).map(|(before, now)| now - before);
         let waited = self.waited(before);

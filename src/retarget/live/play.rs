@@ -36,13 +36,13 @@ impl VmcMotion {
         Ok(Self { scene })
     }
 
-    /// Seconds from its first frame to its last.
+    /// Seconds from the first frame of the motion to its last.
     pub fn seconds(&self) -> f64 {
         let animation = self.scene.animations.first();
         animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second)
     }
 
-    /// Its frames per second.
+    /// The frames per second of the motion.
     pub fn frames_per_second(&self) -> f64 {
         let animation = self.scene.animations.first();
         animation.map_or(60.0, |animation| animation.ticks_per_second)
@@ -53,7 +53,8 @@ impl VmcMotion {
         self.packets_at(seconds, seconds)
     }
 
-    /// As [`Self::packets`], with another time as the clock. With it, the clock of a repeated motion continues.
+    /// As [`Self::packets`], but the packets state `clock` as their time. So the clock can continue to increase while a
+    /// motion repeats.
     pub fn packets_at(&self, seconds: f64, clock: f64) -> Vec<Vec<u8>> {
         let mut messages = beginning(clock);
         let animation = self.scene.animations.first();

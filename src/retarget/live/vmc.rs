@@ -1,10 +1,10 @@
 //! The messages of VMC, and Unity's axes.
 //!
 //! Unity is left-handed with +Y up. A figure in Unity faces +Z and has its left hand at -X. A scene of this crate is
-//! right-handed with +Y up. A figure that faces +Z has its left hand at +X. The mirror S = diag(-1, 1, 1) converts one
-//! to the other. A position p becomes S p = (-x, y, z), and a rotation R becomes S R S. The mirrored rotation has the
-//! opposite angle about the mirrored axis. So the axis a becomes -S a = (x, -y, -z), and the quaternion (x, y, z, w)
-//! becomes (x, -y, -z, w). Both conversions are their own inverses.
+//! right-handed with +Y up. A figure that faces +Z has its left hand at +X. The mirror S = diag(-1, 1, 1) converts
+//! between Unity and a scene. A position p becomes S p = (-x, y, z), and a rotation R becomes S R S. The mirrored
+//! rotation has the opposite angle about the mirrored axis. So the axis a becomes -S a = (x, -y, -z), and the
+//! quaternion (x, y, z, w) becomes (x, -y, -z, w). Both conversions are their own inverses.
 
 use glam::{Mat4, Quat, Vec3};
 use rosc::{OscMessage, OscPacket, OscType, decoder};
@@ -16,7 +16,7 @@ pub(super) const STATE: &str = "/VMC/Ext/OK";
 pub(super) const ROOT: &str = "/VMC/Ext/Root/Pos";
 pub(super) const BONE: &str = "/VMC/Ext/Bone/Pos";
 const BLEND: &str = "/VMC/Ext/Blend/Val";
-/// The message after the values of blend shapes, which applies them.
+/// The address of the message that applies the values of blend shapes in the messages before.
 pub(super) const APPLY: &str = "/VMC/Ext/Blend/Apply";
 
 /// A position and a rotation, in the axes of a scene.
@@ -27,7 +27,7 @@ pub struct BonePose {
 }
 
 impl BonePose {
-    /// The hips with the motion of the root.
+    /// The hips, moved by the root.
     pub(super) fn below(self, root: Option<Self>) -> Self {
         let Some(root) = root else { return self };
         Self {

@@ -24,7 +24,8 @@ pub(super) struct Hand {
 }
 
 impl Hand {
-    /// The hands of a body with these meshes, whose vertices `at_rest` are outside its skin.
+    /// The hands of a body with these meshes that are outside the skin at rest. `at_rest` has the vertices of the
+    /// meshes at rest.
     pub(super) fn of(scene: &Scene, body: &Body, meshes: &[&Mesh], at_rest: &[Vec<Vec3>]) -> Vec<Self> {
         let points = || at_rest.iter().flatten().filter(|point| point.is_finite());
         let least = points().fold(Vec3::MAX, |least, point| least.min(*point));

@@ -28,7 +28,7 @@ const WINDOW: f64 = 0.2;
 /// The number of worst frames of a limb in which other starting angles are tried. Each needs a pass over all frames.
 const SEEDS: usize = 3;
 
-/// The smallest time between two of these frames, in seconds. Nearer frames have the same cause.
+/// The smallest time between two of the worst frames, in seconds. Nearer frames have the same cause.
 const APART: f64 = 0.5;
 
 /// The fraction of the cost of a limb below which other starting angles are followed. A smaller gain is not worth a
@@ -72,9 +72,10 @@ const LIMBS: [[Bone; 3]; 2] = [
 pub struct Free<'a> {
     pub goals: &'a [Goals],
     pub bounds: &'a Bounds,
-    /// The first of these frames. Earlier frames do not change.
+    /// The first frame that may change.
     pub from: usize,
-    /// The number of future frames for which the last frame stands.
+    /// The number of frames that are not known yet. The cost of the last known frame is multiplied by this number plus
+    /// 1, because the following frames probably have the same cost.
     pub ahead: usize,
 }
 
@@ -264,7 +265,8 @@ impl Follow<'_> {
         ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The track through this pose of a frame, followed in both directions.
+    /// The track of a limb that has the angles `begun` in the frame `frame`. The limb is followed from this frame
+    /// forwards and backwards.
     fn both_ways(&mut self, frame: usize, begun: Vec<f64>) -> Track {
         let frames = self.goals.len();
         let mut track = Track {

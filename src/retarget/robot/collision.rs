@@ -1,12 +1,27 @@
 //! Detects collisions between links of a robot, by capsules within their shapes.
 
+use std::ops::Range;
+
 use glam::DVec3;
-use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 use serde::{Deserialize, Serialize};
 
 use super::capsule::{Hull, add_bones, capsules_of, distance, nearest};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
+
+/// The guessed shapes of the links whose collision meshes could not be read; `None` if all were read.
+pub(super) fn guessed_shapes(robot: &Robot) -> Option<String> {
+    let is_unread = |shape: &RobotShape| shape.collides && matches!(shape.kind, ShapeKind::Mesh { bounds: None, .. });
+    let unread = robot.links.iter().filter(|link| link.shapes.iter().any(is_unread));
+    match (unread.clone().next(), unread.count()) {
+        (Some(link), 1) => Some(format!("the shape of {}, whose mesh file could not be read", link.name)),
+        (_, 0) => None,
+        (_, count) => Some(format!(
+            "the shapes of {count} links, whose mesh files could not be read"
+        )),
+    }
+}
 
 /// The smallest penetration depth of two links that counts, in metres.
 const DEEP: f64 = 0.01;
@@ -18,11 +33,11 @@ const DEEP: f64 = 0.01;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LinkCollision {
-    /// The links with the shapes: links with a joint, or the base.
+    /// One of the two links: the base, or a link that a joint moves. Links that are fixed to this link are parts of it.
     pub link: String,
     /// The other link.
     pub other: String,
-    /// The fraction of frames in which they penetrate each other by more than 1 cm.
+    /// The fraction of frames in which the two links penetrate each other by more than 1 cm.
     pub fraction: f64,
     /// The largest penetration depth, in metres.
     pub deepest: f64,
@@ -117,9 +132,7 @@ impl Collisions {
         let mut found = vec![(0_usize, 0.0_f64); self.pairs.len()];
         let mut colliding_frames = 0_usize;
         for frame in 0..motion.frames() {
-            pose.root = motion.root[frame];
-            pose.positions.copy_from_slice(motion.dof_of(frame));
-            kinematics.update(&mut pose);
+            motion.set(frame, kinematics, &mut pose);
             let mut is_colliding = false;
             for (pair, (frames, deepest)) in self.pairs.iter().zip(&mut found) {
                 let depth = self.depth(*pair, &pose);
@@ -148,7 +161,23 @@ impl Collisions {
         }
     }
 
-    /// The pairs of bodies that penetrate each other by more than `least` of the pair, each with its deepest capsules.
+    /// The number of frames in which two links penetrate each other by more than 1 cm.
+    pub(super) fn colliding_frames(
+        &self,
+        kinematics: &Kinematics,
+        motion: &RobotMotion,
+        frames: Range<usize>,
+    ) -> usize {
+        let mut pose = kinematics.rest();
+        let is_colliding = |frame: &usize| {
+            motion.set(*frame, kinematics, &mut pose);
+            self.touching(&pose, |_| DEEP).next().is_some()
+        };
+        frames.filter(is_colliding).count()
+    }
+
+    /// The pairs of bodies that penetrate each other by more than `least` allows, which gets the index of the pair.
+    /// Each pair has its two deepest capsules.
     pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Penetration> {
         let placed = self.hulls.iter().zip(&pose.bodies);
         let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();
@@ -181,7 +210,8 @@ impl Collisions {
         })
     }
 
-    /// The penetration depth of two bodies. Below 0 it is their distance, or less.
+    /// The penetration depth of two bodies, in metres. A negative depth means that the bodies are apart, by its
+    /// absolute value or more.
     fn depth(&self, [one, other]: [usize; 2], pose: &RobotPose) -> f64 {
         let (a, b) = (&self.hulls[one], &self.hulls[other]);
         let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);

@@ -176,8 +176,8 @@ impl Moving {
         self.acceleration + self.angular_acceleration.cross(point) + self.angular.cross(self.angular.cross(point))
     }
 
-    /// The motion of a child body with a hinge. The vectors lead from this origin to the axis, and from the axis to the
-    /// origin of the child.
+    /// The motion of a child body with a hinge. `to_axis` leads from the origin of this body to the axis, and
+    /// `to_origin` from the axis to the origin of the child.
     fn turns(&self, [to_axis, to_origin]: [DVec3; 2], velocity: DVec3, acceleration: DVec3) -> Self {
         let turned = Self {
             angular: self.angular + velocity,

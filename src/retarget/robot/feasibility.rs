@@ -48,8 +48,9 @@ const LOWEST: f64 = 0.2;
 pub struct Feasibility {
     /// The mass of the robot, in kilograms.
     pub mass: f64,
-    /// The fraction of feasible frames. With a friction of 1, soles on the floor leave a residual force at the base of
-    /// at most 10 % of the weight. The residual moment is at most the moment of the weight 5 cm away.
+    /// The fraction of feasible frames. In a feasible frame, soles on the floor with a friction of 1 leave a residual
+    /// force at the base of at most 10 % of the weight. The residual moment is at most the weight times a lever arm of
+    /// 5 cm.
     pub fraction_feasible: f64,
     /// The main cause of infeasible frames; absent if all frames are feasible.
     pub main_cause: Option<InfeasibleCause>,
@@ -90,7 +91,7 @@ impl InfeasibleCause {
     /// All causes.
     const ALL: [Self; 3] = [Self::NoSoleOnFloor, Self::PressureOutside, Self::FloorForce];
 
-    /// Its name in data.
+    /// The name of the cause, as in JSON.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::NoSoleOnFloor => "no-sole-on-floor",

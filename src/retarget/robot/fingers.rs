@@ -74,7 +74,7 @@ pub struct Joint {
     /// The position in an open hand, and in a fist.
     pub open: f64,
     pub bent: f64,
-    /// The fingers of the source that it follows, by side and index.
+    /// The fingers of the source that the joint follows, by side and index.
     pub follows: Vec<(Side, usize)>,
     /// The largest speed, in radians per second.
     pub fastest: f64,

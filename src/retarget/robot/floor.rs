@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Floor {
-    /// Under the feet in stance. A foot that stands up to 6 cm too high is lowered with the whole robot, and a robot
-    /// that would be below the floor is raised.
+    /// Under the feet in stance. If a foot in stance is above the floor by up to 6 cm, the whole robot is lowered. A
+    /// robot that would be below the floor is raised.
     #[default]
     Auto,
     /// At height 0 of the source's file. A robot that would be below this height is raised.

@@ -27,7 +27,7 @@ const RAISED: f64 = 0.02;
 /// The number of halvings of the interval of a foot's rotation: 180 degrees become 0.04.
 const HALVINGS: usize = 12;
 
-/// The cosine of the angle from upright above which hips lie: 60 degrees, between standing and lying.
+/// The body lies if its hips are tilted by more than 60 degrees from upright. This is the cosine of 60 degrees.
 const LYING: f64 = 0.5;
 
 /// The smallest height difference at which a foot changes to another, lower ball of its sole, in metres. The residual
@@ -43,7 +43,7 @@ struct Follower {
     node: NodeId,
     /// The rotation from the body to the figure's axes in the T-pose.
     body_to_frame: DQuat,
-    /// The squared weights of the bone. For a foot, of a foot in the air.
+    /// The squared weights of the bone. For a foot, these are the weights while the foot is in the air.
     weights: DVec3,
     /// The axis along a thigh or an upper arm, in the figure's axes; `None` for other bones. The roll about this axis
     /// determines the direction in which knees and elbows bend.

@@ -23,7 +23,15 @@ const TOUCHING: f64 = 0.01;
 /// The speed above which a sole in stance skates, in m/s: a sixth of a slow walk.
 const SKATES: f64 = 0.1;
 
+/// The height of the lowest point of a sole in the air below which it scrapes the floor, in metres: the height of
+/// seams and rugs.
+const SCRAPES_BELOW: f64 = 0.005;
+
+/// The speed of this point above which it scrapes, in m/s. Slower soles land or push off.
+const SCRAPES_ABOVE: f64 = 0.3;
+
 /// The mean sliding speed of the slowest point of a sole in stance. The slowest point counts, because a foot may roll.
+/// Soles in the air scrape the floor with their lowest point.
 pub(super) struct SoleSpeed<const FEET: usize> {
     fps: f64,
     before: [Vec<DVec3>; FEET],
@@ -31,6 +39,27 @@ pub(super) struct SoleSpeed<const FEET: usize> {
     count: usize,
     fastest: f64,
     skating: usize,
+    swinging: usize,
+    scraping: usize,
+}
+
+/// Whether a foot is in stance, or in the air, in a frame and in the previous frame.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum FootPhase {
+    Stance,
+    Swing,
+    /// The frame is the first frame, or only one of the two frames is in stance.
+    Between,
+}
+
+impl FootPhase {
+    pub(super) fn new(before: Option<bool>, stands: bool) -> Self {
+        match (before, stands) {
+            (Some(true), true) => Self::Stance,
+            (Some(false), false) => Self::Swing,
+            _ => Self::Between,
+        }
+    }
 }
 
 impl<const FEET: usize> SoleSpeed<FEET> {
@@ -42,22 +71,37 @@ impl<const FEET: usize> SoleSpeed<FEET> {
             count: 0,
             fastest: 0.0,
             skating: 0,
+            swinging: 0,
+            scraping: 0,
         }
     }
 
-    /// Adds the points of a sole in the next frame, +Z up. `is_held` states whether its foot is in stance in this frame
-    /// and in the previous frame.
-    pub(super) fn add(&mut self, foot: usize, points: Vec<DVec3>, is_held: bool) {
-        if is_held {
-            let steps = points.iter().zip(&self.before[foot]);
-            let steps = steps.map(|(point, before)| (*point - *before).truncate().length());
-            let speed = steps.fold(f64::INFINITY, f64::min) * self.fps;
-            self.sum += speed;
-            self.count += 1;
-            self.fastest = self.fastest.max(speed);
-            self.skating += usize::from(speed > SKATES);
+    /// Adds the points of a sole in the next frame, +Z up.
+    pub(super) fn add(&mut self, foot: usize, points: Vec<DVec3>, phase: FootPhase) {
+        let steps = points.iter().zip(&self.before[foot]);
+        let speed = |(to, from): (&DVec3, &DVec3)| to.truncate().distance(from.truncate()) * self.fps;
+        match phase {
+            FootPhase::Stance => {
+                let speed = steps.map(speed).fold(f64::INFINITY, f64::min);
+                self.sum += speed;
+                self.count += 1;
+                self.fastest = self.fastest.max(speed);
+                self.skating += usize::from(speed > SKATES);
+            }
+            FootPhase::Swing => {
+                let lowest = steps.min_by(|(_, a), (_, b)| a.z.total_cmp(&b.z));
+                let scrapes = lowest.is_some_and(|step| step.1.z < SCRAPES_BELOW && speed(step) > SCRAPES_ABOVE);
+                self.swinging += 1;
+                self.scraping += usize::from(scrapes);
+            }
+            FootPhase::Between => {}
         }
         self.before[foot] = points;
+    }
+
+    /// The fraction of steps in the air that scrape the floor; `None` if no foot is in the air.
+    pub(super) fn fraction_scraping(&self) -> Option<f64> {
+        (self.swinging > 0).then(|| self.scraping as f64 / self.swinging as f64)
     }
 
     /// The largest speed.
@@ -152,7 +196,7 @@ impl Measured<'_> {
         (mean, lying as f64 / goals.len().max(1) as f64)
     }
 
-    /// The speed of soles while the foot of the source is in contact.
+    /// The speeds of soles, while the foot of the source is in contact and while it is in the air.
     pub(super) fn soles(&self) -> SoleSpeed<2> {
         let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
         let mut pose = self.kinematics.rest();
@@ -162,9 +206,10 @@ impl Measured<'_> {
             for (side, link) in feet.into_iter().enumerate() {
                 let Some(link) = link else { continue };
                 let foot = self.kinematics.link(&pose, link);
-                let points = self.twin.soles[side].iter().map(|ball| foot.point(ball.centre));
-                let is_held = frame > 0 && self.motion.contacts[frame][side] && self.motion.contacts[frame - 1][side];
-                speed.add(side, points.collect(), is_held);
+                let points = self.twin.soles[side].iter().map(|ball| ball.bottom(&foot));
+                let stands = |frame: usize| self.motion.contacts[frame][side];
+                let phase = FootPhase::new(frame.checked_sub(1).map(stands), stands(frame));
+                speed.add(side, points.collect(), phase);
             }
         }
         speed

@@ -1,8 +1,9 @@
 //! Retargets the motion of an animal on four legs to a robot with four legs.
 //!
 //! The base follows the trunk. Each foot follows its paw relative to the hip, scaled by the ratio of the leg lengths. A
-//! foot in stance keeps its place. The shift that this needs fades in the air before and after. The solver of the first
-//! pass bends the legs within their limits. Then joints that would be too fast start earlier and end later.
+//! foot in stance is shifted to keep its place. The shift fades in while the foot is in the air before the stance, and
+//! fades out after it. The solver of the first pass bends the legs within their limits. If a joint would then be too
+//! fast, its movement starts earlier and ends later.
 
 mod judge;
 
@@ -50,7 +51,8 @@ const HOLD: f64 = 1e-3;
 const SMOOTH_BASE: f64 = 0.04;
 
 /// The length of a robot's legs that is compared with an animal's legs, as a fraction of the straight leg. Robots stand
-/// with bent knees. With 0.83, paths are as long as in a dog's takes that their authors retargeted to their robot.
+/// with bent knees. The value 0.83 comes from takes of a dog that other authors retargeted to a robot. With this value,
+/// mocap's paths are as long as their paths.
 const STANDING: f64 = 0.83;
 
 /// The largest distance of a held foot from its paw, as a fraction of the leg. Bends of the spine move paws this far.
@@ -141,7 +143,7 @@ impl QuadrupedRetargeter {
         let soles = self.soles();
         let dynamics = |motion: &RobotMotion| feasibility(&self.robot, &self.kinematics, &soles, motion);
         let time_scale = self.options.time_scale;
-        let Some(scaled) = time_scale.apply(&self.kinematics, (source, index), &motion, &dynamics)? else {
+        let Some(scaled) = time_scale.apply(&self.kinematics, (source, index), &motion, &[], &dynamics)? else {
             let report = self.report(&track, &motion, steps);
             return Ok((motion, report, None));
         };
@@ -263,8 +265,8 @@ impl QuadrupedRetargeter {
             .collect()
     }
 
-    /// The height on which paws rest. It differs from 0 only if height 0 of the file is the floor, and the joints of
-    /// resting paws are not near this height.
+    /// The height on which paws rest. It differs from 0 only under two conditions: the option puts the floor at height
+    /// 0 of the file, and the joints of resting paws are not near this height.
     fn floor(&self, track: &AnimalTrack) -> f64 {
         let lowest = track.ground.iter().copied().fold(f64::INFINITY, f64::min);
         match self.options.floor {
@@ -338,7 +340,8 @@ impl QuadrupedRetargeter {
         }
         let mut solver = Solver::new(Terms::new(&self.kinematics, &goals), HOLD);
         let mut pose = self.kinematics.rest();
-        // The extra depth of a sole's lowest point below the goal of its middle, compared with a straight leg.
+        // For each foot: the depth of the sole's lowest point below the goal of the sole's middle, less this depth at a
+        // straight leg.
         let mut sunk = [0.0; 4];
         for (frame, wanted) in wanted.iter().enumerate() {
             goals.rotations[0].target = wanted.base.rotation;
@@ -372,9 +375,13 @@ impl QuadrupedRetargeter {
     fn slow_down(&self, motion: &mut RobotMotion) {
         let (count, speed) = (motion.dof_names.len(), self.options.time_scale.while_solved());
         for (position, body) in self.kinematics.bodies[1..].iter().enumerate() {
-            let velocity = body.limits.velocity.filter(|most| *most > 0.0);
-            let velocity = velocity.map_or(FASTEST, |most| (most / speed).min(most.max(FASTEST)));
-            let most = velocity / motion.fps;
+            let most = match body.limits.velocity.filter(|most| *most > 0.0) {
+                // The time scale follows from the velocities of the path.
+                Some(_) if speed == 0.0 => continue,
+                Some(most) => (most / speed).min(most.max(FASTEST)),
+                None => FASTEST,
+            };
+            let most = most / motion.fps;
             let mut values: Vec<f64> = motion.dof_pos.iter().skip(position).step_by(count).copied().collect();
             within_steps(&mut values, |_| most);
             for (at, value) in motion.dof_pos.iter_mut().skip(position).step_by(count).zip(values) {

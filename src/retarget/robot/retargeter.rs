@@ -22,7 +22,7 @@ use self::balance::Balance;
 pub(super) use self::own::own_motion;
 pub use self::stream::RobotStream;
 use super::branches::{Branches, Free};
-use super::collision::Collisions;
+use super::collision::{Collisions, guessed_shapes};
 use super::feasibility::feasibility;
 use super::fingers::Fingers;
 use super::floor::Floor;
@@ -307,13 +307,15 @@ impl RobotRetargeter {
         }
         let of_source = found.guessed.iter();
         let of_source = of_source.map(|guess| format!("{} of the source: {}", guess.bone.as_str(), guess.reason));
-        let guessed = self.twin.guessed.iter().cloned().chain(of_source).collect();
-        let (heights, skate) = (measured.sole_heights(), measured.soles().mean());
+        let of_robot = self.twin.guessed.iter().cloned().chain(guessed_shapes(&self.robot));
+        let guessed = of_robot.chain(of_source).collect();
+        let (heights, soles) = (measured.sole_heights(), measured.soles());
         let collisions = self.collisions.measure(&self.kinematics, motion);
         let (roll, lying) = measured.roll(&self.following, goals);
         let seen = ObservedFrames {
             found,
-            skate,
+            skate: soles.mean(),
+            scraping: soles.fraction_scraping().filter(|_| self.twin.has_legs),
             source_skate: self.source_slide(source, animation, &motion.contacts),
             standing: standing(&heights, &motion.contacts),
             lowest: heights.iter().map(|[left, right]| left.min(*right)).collect(),

@@ -41,7 +41,7 @@ const LEAST_PERCENT: f64 = 0.5;
 pub struct ClampedJoint {
     /// The name of the joint.
     pub joint: String,
-    /// The fraction of frames in which it is at its limit.
+    /// The fraction of frames in which the joint is at its limit.
     pub fraction: f64,
 }
 
@@ -62,8 +62,11 @@ pub struct RobotReport {
     pub scale: f64,
     /// The playback speed, as a factor of the speed of the source.
     pub time_scale: f64,
-    /// The joint whose limit of velocity or effort needs this speed; absent if no joint does.
+    /// The joint whose limit of velocity or effort makes `time_scale` smaller than 1; absent if no joint slows the
+    /// motion.
     pub slowed_by: Option<String>,
+    /// The joints of the head and the hands that are too slow for the motion at the speed `time_scale`, and lag behind.
+    pub lagging: Vec<String>,
     /// Arms and legs: the angles between their directions on source and robot.
     pub limbs: Vec<LimbError>,
     /// The mean angle of all limbs and frames, in degrees.
@@ -75,8 +78,13 @@ pub struct RobotReport {
     /// The mean sliding speed of the slowest point of a sole while the foot of the source is in contact, in metres per
     /// second. Absent without contacts.
     pub skate: Option<f64>,
-    /// The same speed of the source, with the soles of the robot on its feet.
+    /// The mean sliding speed of the source's feet in contact, measured at the points of the robot's soles, in metres
+    /// per second.
     pub source_skate: Option<f64>,
+    /// Of the steps between frames with a foot of the source in the air, the fraction in which the robot's sole scrapes
+    /// the floor. It scrapes if its lowest point is within 5 mm of the floor and faster than 0.3 m/s. Absent without
+    /// feet in the air.
+    pub fraction_scraping: Option<f64>,
     /// The fraction of frames in which a sole or another link is more than 1 cm below the floor. Links are capsules
     /// within their shapes.
     pub fraction_below_floor: f64,
@@ -89,13 +97,14 @@ pub struct RobotReport {
     pub self_collisions: Vec<LinkCollision>,
     /// The largest velocity of a joint, in radians or metres per second.
     pub max_velocity: f64,
-    /// The joint with this velocity.
+    /// The joint with the largest velocity.
     pub fastest_joint: String,
     /// The fraction of samples in which a joint is faster than the robot's file allows.
     pub fraction_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres per second squared.
     pub max_acceleration: f64,
-    /// The mean roll of thighs and upper arms relative to the source, in degrees. Knees and elbows bend by this roll.
+    /// The mean roll of thighs and upper arms relative to the source, in degrees. The roll decides the direction in
+    /// which knees and elbows bend.
     pub roll_degrees: Option<f64>,
     /// The angle between source and robot of the line of the hip joints, or of the shoulder joints: the larger mean, in
     /// degrees.
@@ -225,6 +234,13 @@ impl fmt::Display for RobotReport {
             let changed = if self.time_scale < 1.0 { "slowed" } else { "sped up" };
             write!(f, "\n{clip}: {changed} to {:.3} of its speed{because}", self.time_scale)?;
         }
+        if !self.lagging.is_empty() {
+            write!(
+                f,
+                "\n{clip}: slower than the motion, and lagging: {}",
+                self.lagging.join(", ")
+            )?;
+        }
         let of = |is_worst: bool| {
             let not_good = self.criteria.iter().filter(|found| found.verdict != Verdict::Good);
             not_good.filter(move |found| (found.verdict == self.verdict) == is_worst)
@@ -310,6 +326,8 @@ pub(super) struct ObservedFrames {
     pub(super) skate: Option<f64>,
     /// The speed of the source's feet in contact.
     pub(super) source_skate: Option<f64>,
+    /// The fraction of steps in the air that scrape the floor.
+    pub(super) scraping: Option<f64>,
     /// The height of the lowest sole in each frame.
     pub(super) lowest: Vec<f64>,
     /// The heights of soles while the foot of the source is in contact.
@@ -349,6 +367,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         jumps: seen.jumps,
         floating: fraction_floating,
         below_floor: fraction_below_floor,
+        scraping: seen.scraping,
         more_slide: seen.skate.zip(source_skate).map(|(skate, source)| skate - source),
         lying: seen.lying,
         self_collision: seen.collisions.fraction,
@@ -367,12 +386,14 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         scale: seen.found.scale,
         time_scale: 1.0,
         slowed_by: None,
+        lagging: Vec::new(),
         mean_degrees: seen.found.mean_degrees,
         limbs: seen.found.limbs,
         clamped: joints.clamped,
         limit_violations: joints.limit_violations,
         skate: seen.skate,
         source_skate,
+        fraction_scraping: seen.scraping,
         fraction_below_floor,
         deepest: depths.into_iter().fold(0.0, f64::max),
         fraction_in_self_collision: seen.collisions.fraction,

@@ -35,9 +35,10 @@ pub struct RobotScores {
     /// The mean speed of the slowest point of a sole while the foot of the reference is in contact, in metres per
     /// second; absent without contacts.
     pub foot_sliding: Option<f64>,
-    /// The fraction of these samples that are faster than 0.1 m/s.
+    /// The fraction of frames with a foot of the reference in contact in which the slowest point of the sole is faster
+    /// than 0.1 m/s.
     pub foot_skating_duration: Option<f64>,
-    /// The largest of these speeds.
+    /// The largest speed of the slowest point of a sole in contact, in metres per second.
     pub foot_skating_velocity: Option<f64>,
     /// Of the frames in which a foot of the reference is in contact, the fraction with the sole at most 2 cm above the
     /// floor.
@@ -48,7 +49,7 @@ pub struct RobotScores {
     pub penetration_depth: f64,
     /// The fraction of frames in which two links penetrate each other by more than 1 cm.
     pub self_collision_duration: f64,
-    /// The largest depth of such a penetration, in metres.
+    /// The largest depth of the penetration of two links, in metres.
     pub self_collision_depth: f64,
     /// The mean absolute jerk of the joints, in rad/s³ or m/s³.
     pub joint_jerk: f64,
@@ -78,7 +79,7 @@ impl fmt::Display for RobotScores {
             let (share, kept) = (percent(share), percent(kept));
             write!(
                 f,
-                "\nfoot sliding {speed:.2} cm/s, at most {fastest:.1}; skating in {share} of contacts, kept in {kept}"
+                "\nfoot sliding {speed:.2} cm/s, at most {fastest:.1}; skating in {share} of contacts; {kept} of contacts kept"
             )?;
         }
         let (floor, deep) = (percent(self.penetration_duration), millimetres(self.penetration_depth));

@@ -140,8 +140,9 @@ impl Steps {
     }
 }
 
-/// Replaces values by the mean of two sequences: the largest sequence below the values and the smallest above. No step
-/// of these sequences is longer than `most` of the index to which the step leads.
+/// Limits the steps between successive values: the step between the indices i - 1 and i is at most `most(i)`. The
+/// result is the mean of two sequences with such steps: the largest one that is nowhere above the values, and the
+/// smallest one that is nowhere below.
 pub(super) fn within_steps(values: &mut [f64], most: impl Fn(usize) -> f64) {
     let (mut above, mut below) = (values.to_vec(), values.to_vec());
     let steps = (1..values.len()).map(|index| (index - 1, index, index));

@@ -11,8 +11,12 @@ const CLEARANCE: f64 = 0.05;
 /// The largest value of this height, in metres: above the 2 cm that a robot needs over an uneven floor.
 const MOST: f64 = 0.025;
 
-/// The time after lifting off in which a foot reaches this height, and before landing in which it comes down, in
-/// seconds.
+/// The height that a foot in the air has from its first frame on, in metres. A sole below 5 mm scrapes, and the solver
+/// leaves some of the height.
+pub(super) const LEAST: f64 = 0.007;
+
+/// The time in which a foot rises to this height after lifting off, and also the time in which it comes down before
+/// landing, in seconds.
 const RISE: f64 = 0.15;
 
 /// The smallest height of the robot's soles in a swing, in metres.
@@ -29,7 +33,10 @@ pub(super) fn most_clearance(twin: &StandIn) -> f64 {
 /// and carries the body. At 0.3 m/s, above which a sole scrapes, the height is 1.2 cm.
 const BY_SPEED: f64 = 0.04;
 
-/// The horizontal speed of the slowest point of each sole in each frame, in metres per second. The slowest point
+/// The time around a frame whose largest speed counts, in seconds: a foot rises before it is fast.
+const AHEAD: f64 = 0.02;
+
+/// The horizontal speed of the slowest point of each sole near each frame, in metres per second. The slowest point
 /// counts, because a foot may roll.
 pub(super) fn speeds(points: &[[Vec<DVec3>; 2]], fps: f64) -> Vec<[f64; 2]> {
     let last = points.len().saturating_sub(1);
@@ -41,11 +48,17 @@ pub(super) fn speeds(points: &[[Vec<DVec3>; 2]], fps: f64) -> Vec<[f64; 2]> {
             slowest.reduce(f64::min).unwrap_or(0.0) * fps / (to - from).max(1) as f64
         })
     };
-    (0..points.len()).map(of_frame).collect()
+    let speeds: Vec<[f64; 2]> = (0..points.len()).map(of_frame).collect();
+    let near = (AHEAD * fps).round() as usize;
+    let most = |frame: usize| {
+        let window = &speeds[frame.saturating_sub(near)..(frame + near + 1).min(speeds.len())];
+        [0, 1].map(|side| window.iter().map(|speeds| speeds[side]).fold(0.0, f64::max))
+    };
+    (0..points.len()).map(most).collect()
 }
 
-/// The smallest height of the lowest point of each sole in each frame. It is `most` in the middle of a swing, less for
-/// a slow sole, and 0 in stance. A foot without a stance has no swing.
+/// The smallest height of the lowest point of each sole in each frame. It is `most` in the middle of a swing, at least
+/// `LEAST` in the air, less for a slow sole, and 0 in stance. A foot without a stance has no swing.
 pub fn clearances(contacts: &[[bool; 2]], speeds: &[[f64; 2]], fps: f64, most: f64) -> Vec<[f64; 2]> {
     let mut found = vec![[0.0; 2]; contacts.len()];
     for side in 0..2 {
@@ -64,10 +77,9 @@ pub fn clearances(contacts: &[[bool; 2]], speeds: &[[f64; 2]], fps: f64, most: f
         }
         for ((found, frames), speeds) in found.iter_mut().zip(apart).zip(speeds) {
             let risen = (frames / (RISE * fps)).min(1.0);
-            found[side] = f64::min(
-                most * (0.5 * std::f64::consts::PI * risen).sin().powi(2),
-                BY_SPEED * speeds[side],
-            );
+            let least = if frames > 0.0 { LEAST.min(most) } else { 0.0 };
+            let height = least + (most - least) * (0.5 * std::f64::consts::PI * risen).sin().powi(2);
+            found[side] = height.min(BY_SPEED * speeds[side]);
         }
     }
     found

@@ -36,8 +36,8 @@ use super::verdict::OVER_EFFORT_OF_GOOD;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TimeScale {
-    /// As fast as the velocities of the robot's file allow, but not faster than the source. Slower if the torques are
-    /// then within the efforts of the file.
+    /// As fast as the velocity limits of the robot's file allow, but not faster than the source. If the torques exceed
+    /// the effort limits of the file, slower, but only if this keeps them within these limits.
     Auto,
     /// This factor of the speed of the source. The default is 1.
     Factor(f64),
@@ -77,12 +77,14 @@ fn is_factor(factor: f64) -> bool {
     factor.is_finite() && factor > 0.0
 }
 
-/// The lowest speed that `auto` chooses, as a fraction of the source's speed. The report shows the joints that would
-/// need a lower speed.
-const SLOWEST: f64 = 0.1;
+/// The lowest speed that `auto` chooses, as a fraction of the source's speed. With this speed, a walk takes twenty
+/// times as long. The slowest robots need 0.08. If a motion needs less than this constant, the cause is an error in a
+/// file or a spike.
+const SLOWEST: f64 = 0.05;
 
-/// The lowest speed that `auto` chooses for efforts, as a fraction of the source's speed. Forces of inertia are then a
-/// sixteenth, and slower does not help.
+/// The lowest speed that `auto` chooses for efforts, as a fraction of the source's speed. At this speed, the forces of
+/// inertia are a sixteenth of those at full speed. The remaining load is the weight, which does not decrease with the
+/// speed.
 const SLOWEST_FOR_EFFORTS: f64 = 0.25;
 
 /// The number of halvings in the search for the speed that efforts allow. The last step is 1 % of the speed.
@@ -125,29 +127,51 @@ impl TimeScale {
     }
 
     /// The motion at this speed; `None` if it is the speed of the source. `dynamics` finds the torques of a motion.
+    /// `auto` lets the positions in `ends` lag behind instead of slowing the motion down for them.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] if the motion would be far longer.
+    /// [`Code::LimitExceeded`] if the motion would become too long. [`Code::InvalidValue`] if the motion would have
+    /// only one frame.
     pub(super) fn apply(
         self,
         kinematics: &Kinematics,
         (source, index): (&Scene, usize),
         motion: &RobotMotion,
+        ends: &[usize],
         dynamics: &dyn Fn(&RobotMotion) -> Option<Feasibility>,
     ) -> Result<Option<ScaledMotion>> {
+        if self == Self::Factor(1.0) {
+            return Ok(None);
+        }
+        let excesses = excesses(kinematics, motion);
+        let mut lagging = Vec::new();
         let (speed, joint) = match self {
-            Self::Factor(1.0) => return Ok(None),
-            Self::Factor(factor) => (factor, None),
-            Self::Auto => match slow_enough(kinematics, motion, dynamics) {
-                Some((speed, joint)) => (speed, Some(joint)),
-                None => return Ok(None),
-            },
+            Self::Factor(factor) => {
+                let most = motion.frames().saturating_sub(1);
+                if most > 0 && factor > most as f64 {
+                    let message = format!("{{time-scale}} {factor} leaves one of {} frames", motion.frames());
+                    return Err(Diagnostic::new(Code::InvalidValue, message)
+                        .help(format!("choose a factor of at most {most}"))
+                        .into());
+                }
+                (factor, None)
+            }
+            Self::Auto => {
+                let (speed, joint) = slow_enough(kinematics, (motion, &excesses), ends, dynamics)?;
+                let too_fast = ends.iter().filter(|end| speed * excesses[**end] > 1.0 + ROUNDING);
+                lagging.extend(too_fast.copied());
+                if joint.is_none() && lagging.is_empty() {
+                    return Ok(None);
+                }
+                (speed, joint)
+            }
         };
         Ok(Some(ScaledMotion {
             source: scaled_source(source, index, speed)?,
-            motion: resampled(kinematics, motion, speed),
+            motion: resampled(kinematics, (motion, &excesses), speed, &lagging),
             speed,
             joint,
+            lagging: lagging.into_iter().map(|end| motion.dof_names[end].clone()).collect(),
         }))
     }
 }
@@ -161,23 +185,40 @@ pub(super) struct ScaledMotion {
     pub(super) speed: f64,
     /// The joint that needs this speed.
     pub(super) joint: Option<String>,
+    /// The joints that lag behind at this speed.
+    pub(super) lagging: Vec<String>,
 }
 
-/// The highest speed within the limits of the robot, and the joint that needs it; `None` for the speed of the source.
+/// The highest speed at which the joints keep the limits of the robot, without the joints `ends`. Also the joint that
+/// needs this speed; `None` if the speed of the source is low enough.
+///
+/// # Errors
+/// [`Code::LimitExceeded`] for a speed below [`SLOWEST`].
 fn slow_enough(
     kinematics: &Kinematics,
-    motion: &RobotMotion,
+    (motion, excesses): (&RobotMotion, &[f64]),
+    ends: &[usize],
     dynamics: &dyn Fn(&RobotMotion) -> Option<Feasibility>,
-) -> Option<(f64, String)> {
-    let excesses = excesses(kinematics, motion);
-    let fastest = (0..excesses.len()).max_by(|a, b| excesses[*a].total_cmp(&excesses[*b]))?;
+) -> Result<(f64, Option<String>)> {
+    let positions = (0..excesses.len()).filter(|position| !ends.contains(position));
+    let fastest = positions.max_by(|a, b| excesses[*a].total_cmp(&excesses[*b]));
     let (mut speed, mut joint) = (1.0, None);
-    if excesses[fastest] > 1.0 + ROUNDING {
-        speed = (WITHIN / excesses[fastest]).max(SLOWEST);
-        joint = Some(motion.dof_names[fastest].clone());
+    if let Some(fastest) = fastest.filter(|fastest| excesses[*fastest] > 1.0 + ROUNDING) {
+        speed = WITHIN / excesses[fastest];
+        let name = &motion.dof_names[fastest];
+        if speed < SLOWEST {
+            let message = format!(
+                "{name} needs {{time-scale}} {}, and auto stops at {SLOWEST}",
+                three_digits(speed)
+            );
+            return Err(Diagnostic::new(Code::LimitExceeded, message)
+                .help("state this factor of the speed, or choose a slower motion")
+                .into());
+        }
+        joint = Some(name.clone());
     }
     let overloaded = |speed: f64| {
-        let found = dynamics(&resampled(kinematics, motion, speed))?;
+        let found = dynamics(&resampled(kinematics, (motion, excesses), speed, ends))?;
         (found.fraction_over_effort? > OVER_EFFORT_OF_GOOD).then_some(found.most_loaded_joint)
     };
     if speed > SLOWEST_FOR_EFFORTS
@@ -194,7 +235,13 @@ fn slow_enough(
         }
         (speed, joint) = (low, Some(loaded));
     }
-    Some((speed, joint?))
+    Ok((speed, joint))
+}
+
+/// A speed with three significant digits, rounded down.
+fn three_digits(speed: f64) -> f64 {
+    let unit = 10_f64.powf(2.0 - speed.log10().floor());
+    (speed * unit).floor() / unit
 }
 
 /// The largest velocity of each position, as a multiple of its limit.
@@ -211,17 +258,24 @@ fn excesses(kinematics: &Kinematics, motion: &RobotMotion) -> Vec<f64> {
 }
 
 /// Plays a motion at `speed` times its speed. If the velocity of a joint is within its limit at this speed, the steps
-/// between the new frames are within the limit too.
-fn resampled(kinematics: &Kinematics, motion: &RobotMotion, speed: f64) -> RobotMotion {
+/// between the new frames are within the limit too. So are the steps of positions in `lagging`.
+fn resampled(
+    kinematics: &Kinematics,
+    (motion, excesses): (&RobotMotion, &[f64]),
+    speed: f64,
+    lagging: &[usize],
+) -> RobotMotion {
     let mut scaled = motion.at_speed(speed);
     let (bounds, limits) = (Bounds::of(kinematics), velocities(kinematics));
     let count = scaled.dof_names.len();
-    for (position, excess) in excesses(kinematics, motion).into_iter().enumerate() {
+    for (position, excess) in excesses.iter().enumerate() {
         let values = scaled.dof_pos.iter().skip(position).step_by(count);
         let within = |value: &f64| value.max(bounds.lower[position]).min(bounds.upper[position]);
         let mut values: Vec<f64> = values.map(within).collect();
-        if excess * speed <= 1.0 + ROUNDING {
-            within_steps(&mut values, |_| limits[position] / motion.fps);
+        let is_lagging = lagging.contains(&position);
+        if is_lagging || excess * speed <= 1.0 + ROUNDING {
+            let used = if is_lagging { WITHIN } else { 1.0 - ROUNDING };
+            within_steps(&mut values, |_| used * limits[position] / motion.fps);
         }
         for (at, value) in scaled.dof_pos.iter_mut().skip(position).step_by(count).zip(values) {
             *at = value;

@@ -54,6 +54,7 @@ pub struct Measures {
     pub jumps: f64,
     pub floating: Option<f64>,
     pub below_floor: f64,
+    pub scraping: Option<f64>,
     /// The excess of the feet's sliding speed over the source's speed.
     pub more_slide: Option<f64>,
     pub lying: f64,
@@ -70,7 +71,7 @@ pub struct Measures {
 
 impl Measures {
     /// The measures with their limits: name, value, largest good value, largest fair value.
-    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 16] {
+    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 17] {
         let count = |count: usize| Some(count as f64);
         [
             ("mean_degrees", self.mean_degrees, 5.0, Some(10.0)),
@@ -80,13 +81,14 @@ impl Measures {
             ("fraction_of_jumps", Some(self.jumps), 0.0, Some(0.02)),
             ("fraction_floating", self.floating, 0.02, Some(0.2)),
             ("fraction_below_floor", Some(self.below_floor), 0.01, Some(0.1)),
+            ("fraction_scraping", self.scraping, 0.03, None),
             ("more_slide", self.more_slide, 0.005, Some(0.1)),
             ("fraction_lying", Some(self.lying), 0.5, None),
             ("fraction_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
             ("fraction_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
             ("fraction_beyond_limits", Some(self.beyond_limits), 0.0, Some(0.02)),
-            // These two never make a motion poor: hands on a table carry too, but inverse dynamics knows only the
-            // soles.
+            // The next two measures never make a motion poor. Hands on a table also carry the robot, but inverse
+            // dynamics knows only the contacts of soles.
             (INFEASIBLE, self.infeasible, 0.05, None),
             (OVER_EFFORT, self.over_effort, OVER_EFFORT_OF_GOOD, None),
             ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),

@@ -14,17 +14,17 @@ weights! {
     /// ```
     Weights in "robot" {
         twist = 0.01, "1/rad^2",
-            "Roll of a limb, and rotation of a foot about an axis that no ankle joint drives. It is a hundredth of a \
-            direction's weight, so that it only decides what directions leave undetermined.";
+            "Roll of a limb, and rotation of a foot about an axis that no ankle joint drives. It is a hundredth of \
+            the weight of a limb's direction (1), so that it only decides what directions leave undetermined.";
         hand = 0.2, "1/rad^2",
-            "Rotation of a hand. It is below a direction's weight, so that a wrist with few joints does not bend the \
-            forearm.";
+            "Rotation of a hand. It is below the weight of a limb's direction (1), so that a wrist with few joints \
+            does not turn the forearm away from its direction.";
         head = 0.3, "1/rad^2",
-            "Rotation of the head. It is below a direction's weight, so that a neck with few joints does not bend the \
-            trunk.";
+            "Rotation of the head. It is below the weight of the trunk's rotation (1), so that a neck with few joints \
+            does not bend the trunk.";
         foot = 0.3, "1/rad^2",
-            "Rotation of a foot in the air about the axes that the ankle drives. It is below a direction's weight, so \
-            that the foot follows the leg.";
+            "Rotation of a foot in the air about the axes that the ankle drives. It is below the weight of a limb's \
+            direction (1), so that the foot follows the leg.";
         foot_heading = 0.3, "1",
             "Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle.";
         standing = 12.0, "1",
@@ -32,16 +32,17 @@ weights! {
             `tools/robot/check` measures the distance of soles from the floor.";
         foot_place = 10000.0, "1/m^2",
             "Position of an ankle, or of the sole of a foot in stance, and depth below the floor. A centimetre costs \
-            as much as a radian of a direction, so that feet do not slide. `tools/robot/check` measures it.";
+            as much as a radian of a direction, so that feet do not slide. `tools/robot/check` measures the sliding.";
         hips_place = 9.0, "1/m^2",
-            "Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint \
-            (rad/s). A third of a metre costs as much as a radian: legs cannot stretch, so the hips give way.";
+            "Position of the hips. A third of a metre costs as much as a radian: legs cannot stretch, so the hips \
+            give way. The weight also converts the velocity of the base (m/s) to the velocity of a joint (rad/s).";
         air_place = 100.0, "1/m^2",
             "Position of an ankle in the air in the second pass. It is a hundredth of `foot_place`, so that the swing \
             becomes smooth.";
         standing_height = 3000.0, "1/m^2",
-            "Largest weight of the height of a foot in the second pass. It is below `foot_place`, so that heights give \
-            way before positions over the ground. The floor has a separate term.";
+            "Largest weight of the height of a foot in the second pass. It is below `foot_place`: if a foot cannot \
+            reach its goal, the height deviates before the position over the ground. A separate term keeps feet above \
+            the floor.";
         nearing = 0.08, "s",
             "Time constant in which the weight of an ankle changes between air and ground: a fifth of the swing of a \
             walk, which takes 0.4 s.";
@@ -67,17 +68,18 @@ weights! {
             "Difference between the acceleration of a joint and its acceleration in the first pass without jitter. \
             `tools/robot/check` measures the jitter.";
         base_acceleration = 1e-3, "s^4/m^2",
-            "Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot, so \
-            the floor cannot provide the force of its jitter. Its angular acceleration has ten times `acceleration`.";
+            "Difference between the acceleration of the base and its acceleration in the first pass without jitter. \
+            The base carries the mass of the robot, so the floor cannot provide the force that jitter needs. The \
+            angular acceleration of the base has ten times the weight `acceleration`.";
         base_smoothing = 0.06, "s",
             "Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. It halves \
             amplitudes at 3 Hz, because people walk with two footsteps per second.";
         joint_smoothing = 0.04, "s",
-            "Standard deviation of the Gaussian for joints. It halves amplitudes at 5 Hz, because limbs are faster \
-            than the base.";
+            "Standard deviation of the Gaussian that removes the jitter from the accelerations of joints. It halves \
+            amplitudes at 5 Hz, because limbs are faster than the base.";
         step_limit = 100.0, "1/rad^2",
-            "Part of the change of a joint between frames above the velocity limit of the robot's file. A tenth of a \
-            radian costs as much as a radian of a direction. The remaining part is cut off.";
+            "Part of the change of a joint between two frames that is above the velocity limit of the robot's file. A \
+            tenth of a radian costs as much as a radian of a direction. mocap cuts off the part that remains.";
         apart = 1000.0, "1/m^2",
             "Penetration depth of two links. 3 cm cost as much as a radian of a direction. It is a tenth of \
             `foot_place`, so that feet in stance keep their place.";

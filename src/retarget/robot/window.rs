@@ -20,6 +20,7 @@ use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::solver::{Bounds, moved};
 use super::speed::Steps;
+use super::swing::LEAST;
 use super::terms::{Goals, ROOT, Reach, Terms};
 use super::touches::LinkSeparation;
 use super::weights::Weights;
@@ -28,12 +29,16 @@ use mocap_figure::robot_bones::sole::SoleBall;
 /// The number of frames of a window: some steps of a walk. Memory grows with it.
 const FRAMES: usize = 192;
 
-/// The number of frames of a window that the next window solves again. The Gaussians reach 0.18 s, 22 frames at 120
-/// fps.
+/// The number of frames of a window that the next window solves again. It exceeds the reach of the Gaussian filters of
+/// accelerations: 0.18 s, which are 22 frames at 120 fps.
 const OVERLAP: usize = 32;
 
 /// The largest number of rounds of Gauss-Newton. Three are enough for a motion within its limits.
 const ROUNDS: usize = 10;
+
+/// The first round, counted from 0, that is compared with later rounds if the last round still moves frames. A link
+/// between two others can move from one to the other in every round.
+const COMPARED: usize = 4;
 
 /// The number of rounds of a window in which one frame is new. The other frames were solved before.
 const LIVE_ROUNDS: usize = 3;
@@ -131,8 +136,9 @@ impl Windows {
         rounds: usize,
     ) {
         let mut parts = vec![range.clone()];
+        let mut best: Option<(usize, FrameCopies)> = None;
         self.touches.begin();
-        for _ in 0..rounds {
+        for round in 0..rounds {
             let before = FrameCopies::of(motion, range.clone());
             for part in parts {
                 self.solve(kinematics, bound, motion, part, range.end);
@@ -140,8 +146,17 @@ impl Windows {
             self.keep(kinematics, bound, motion, range.clone());
             parts = near(&before.moved(motion, range.clone()), range.start, NEAR * motion.fps);
             if parts.is_empty() {
-                break;
+                return;
             }
+            if round >= COMPARED {
+                let colliding = bound.collisions.colliding_frames(kinematics, motion, range.clone());
+                if best.as_ref().is_none_or(|(least, _)| colliding <= *least) {
+                    best = Some((colliding, FrameCopies::of(motion, range.clone())));
+                }
+            }
+        }
+        if let Some((_, frames)) = best {
+            frames.restore(motion, range);
         }
     }
 
@@ -211,20 +226,20 @@ impl Windows {
             for ((body, balls), clearance) in bound.soles.iter().zip(bound.goals[frame].clearances) {
                 for ball in balls {
                     let point = pose.bodies[*body].point(ball.centre);
-                    let least = ball.radius + clearance;
-                    if point.z < least {
-                        // A low swing does less harm than penetrating links.
-                        let weight = match point.z < ball.radius {
-                            true => self.weights.foot_place,
-                            false => SWING * self.weights.apart,
-                        };
-                        let above = Reach {
-                            body: *body,
-                            point: ball.centre,
-                            weight: DVec3::Z * weight,
-                            target: DVec3::new(point.x, point.y, least),
-                        };
-                        self.terms.add_reach(kinematics, &above, &pose);
+                    // The floor of a swing is higher. Above it, a low swing does less harm than penetrating links.
+                    let floor = (LEAST.min(clearance), self.weights.foot_place);
+                    let swing = (clearance > LEAST).then_some((clearance, SWING * self.weights.apart));
+                    for (least, weight) in std::iter::once(floor).chain(swing) {
+                        let target = DVec3::new(point.x, point.y, ball.radius + least);
+                        if point.z < target.z {
+                            let above = Reach {
+                                body: *body,
+                                point: ball.centre,
+                                weight: DVec3::Z * weight,
+                                target,
+                            };
+                            self.terms.add_reach(kinematics, &above, &pose);
+                        }
                     }
                 }
             }
@@ -389,6 +404,13 @@ impl FrameCopies {
             root: motion.root[range.clone()].to_vec(),
             dof_pos: motion.dof_pos[range.start * count..range.end * count].to_vec(),
         }
+    }
+
+    /// Puts the frames back into the motion.
+    fn restore(&self, motion: &mut RobotMotion, range: Range<usize>) {
+        let count = motion.dof_names.len();
+        motion.root[range.clone()].copy_from_slice(&self.root);
+        motion.dof_pos[range.start * count..range.end * count].copy_from_slice(&self.dof_pos);
     }
 
     /// The largest change of each frame, in radians or metres.

@@ -7,8 +7,9 @@ use mocap_scene::scene::HumanoidBone as Bone;
 
 use super::{QuadrupedRetargeter, lowest};
 use crate::quality::{LimbError, RetargetReport};
+use crate::robot::collision::guessed_shapes;
 use crate::robot::feasibility::feasibility;
-use crate::robot::measure::{SoleSpeed, standing};
+use crate::robot::measure::{FootPhase, SoleSpeed, standing};
 use crate::robot::motion::RobotMotion;
 use crate::robot::robot_report::{self, ObservedFrames, RobotReport};
 use crate::robot::speed::{EXPLAINED, JUMP, WINDOW};
@@ -47,9 +48,9 @@ impl QuadrupedRetargeter {
                 for (bone, is, was) in leg.directions(pose, &track.frames[frame], index) {
                     add(bone, is, was);
                 }
-                let points = leg.sole.iter().map(|ball| pose.bodies[leg.body()].point(ball.centre));
-                let is_held = frame > 0 && stands(frame, index) && stands(frame - 1, index);
-                speed.add(index, points.collect(), is_held);
+                let points = leg.sole.iter().map(|ball| ball.bottom(&pose.bodies[leg.body()]));
+                let before = frame.checked_sub(1).map(|before| stands(before, index));
+                speed.add(index, points.collect(), FootPhase::new(before, stands(frame, index)));
             }
         });
         let heights = self.heights(motion);
@@ -69,6 +70,7 @@ impl QuadrupedRetargeter {
                 found: RetargetReport::of_limbs(motion.name.clone(), motion.frames(), steps, limbs),
                 source_skate: track.skate(motion.fps),
                 skate: speed.mean(),
+                scraping: speed.fraction_scraping(),
                 lowest: heights.iter().map(lowest).collect(),
                 depths: Vec::new(),
                 standing: standing(&heights, &track.contacts),
@@ -78,7 +80,7 @@ impl QuadrupedRetargeter {
                 lying: lying as f64 / frames,
                 jumps: self.fraction_of_jumps(track, motion),
                 unmeasured_limbs: 0,
-                guessed: guessed.collect(),
+                guessed: guessed.chain(guessed_shapes(&self.robot)).collect(),
                 dynamics: feasibility(&self.robot, &self.kinematics, &self.soles(), motion),
                 has_legs: true,
             },

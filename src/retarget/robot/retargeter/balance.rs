@@ -37,7 +37,7 @@ const FASTER: f64 = 0.002;
 /// reliable.
 const FARTHEST: f64 = 0.3;
 
-/// The smallest length of the longest shift at which the base is shifted, in metres.
+/// The base is shifted only if a shift is longer than this length, in metres.
 const LEAST_SHIFT: f64 = 0.002;
 
 /// A motion of the second pass before soles are raised above the floor, with its goals.

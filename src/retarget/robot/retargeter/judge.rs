@@ -34,7 +34,7 @@ impl RobotRetargeter {
         let scaled = self
             .options
             .time_scale
-            .apply(kinematics, (source, index), &motion, &dynamics)?;
+            .apply(kinematics, (source, index), &motion, &self.ends(), &dynamics)?;
         let Some(scaled) = scaled else {
             report.scores = self.scores(source, &source.animations[index], &motion, &report);
             return Ok((motion, report, None));
@@ -44,9 +44,21 @@ impl RobotRetargeter {
             passes: report.passes,
             time_scale: scaled.speed,
             slowed_by: scaled.joint,
+            lagging: scaled.lagging,
             ..found
         };
         Ok((scaled.motion, report, Some(scaled.source)))
+    }
+
+    /// The positions of joints that move only the head or a hand. Without them, the robot keeps its balance and its
+    /// path.
+    fn ends(&self) -> Vec<usize> {
+        let bones = self.twin.bones.iter();
+        let bones = bones.filter(|bone| matches!(bone.bone, Bone::Head | Bone::LeftHand | Bone::RightHand));
+        let joints = bones.flat_map(|bone| &bone.joints);
+        joints
+            .filter_map(|joint| self.kinematics.body_of(*joint).0.checked_sub(1))
+            .collect()
     }
 
     /// Measures how well a motion of the robot follows an animation of `source`, by its index. Any program may have

@@ -5,7 +5,7 @@ use mocap_figure::HumanoidBone as Bone;
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, Scene, Side};
 
-use super::super::measure::SoleSpeed;
+use super::super::measure::{FootPhase, SoleSpeed};
 use super::RobotRetargeter;
 
 /// A sole of the robot on a foot of the source, in the unit of the source.
@@ -57,8 +57,8 @@ impl RobotRetargeter {
                     let point = (metres * (to_figure * point)).as_dvec3();
                     DVec3::new(point.x, point.z, 0.0)
                 });
-                let is_held = frame > 0 && stands[side] && contacts[frame - 1][side];
-                speed.add(side, points.collect(), is_held);
+                let before = frame.checked_sub(1).map(|before| contacts[before][side]);
+                speed.add(side, points.collect(), FootPhase::new(before, stands[side]));
             }
         }
         speed.mean()

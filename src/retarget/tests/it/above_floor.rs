@@ -1,4 +1,4 @@
-//! Whether the skin of a body that falls and lies stays above the floor: all its vertices, in every frame.
+//! Tests that the whole skin of a falling and lying body stays above the floor, in every frame.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -9,10 +9,10 @@ use mocap::{Binding, Importer, Pose, Scene};
 
 const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
 
-/// How high the lowest joint of the source lies over its floor, as a fraction of its height.
+/// The height of the source's lowest joint above its floor while it lies, as a fraction of the source's height.
 const LIES: f32 = 0.03;
 
-/// Characters, and what they tip about: they come to lie on the back, on the face and on both sides.
+/// Characters, each with the axis about which it tips. They come to lie on the back, on the face and on both sides.
 const FALLS: [(&str, Vec3); 4] = [
     ("human_default.glb", Vec3::X),
     ("human_game_engine.glb", Vec3::NEG_X),
@@ -20,7 +20,7 @@ const FALLS: [(&str, Vec3); 4] = [
     ("human_default.glb", Vec3::NEG_Z),
 ];
 
-/// The lowest joint of a pose, and the highest.
+/// The heights of the lowest and of the highest joint of a pose.
 fn extent(pose: &Pose) -> [f32; 2] {
     let heights = pose.node_to_world.iter().map(|matrix| matrix.w_axis.y);
     heights.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], height| {
@@ -28,7 +28,7 @@ fn extent(pose: &Pose) -> [f32; 2] {
     })
 }
 
-/// A walk that tips over in its second third, and lies in its last.
+/// A walk that tips over in its second third, and lies in its last third.
 fn fall(axis: Vec3) -> Scene {
     let mut scene = mocap::import(WALK).unwrap();
     let walk = scene.animations[0].clone();
@@ -54,7 +54,7 @@ fn fall(axis: Vec3) -> Scene {
     scene
 }
 
-/// How deep the lowest vertex is below where it is at rest, in each frame, as a fraction of the height.
+/// The depth of the lowest vertex below its height at rest in each frame, as a fraction of the body's height.
 fn depths(scene: &Scene, animation: &Animation) -> Vec<f32> {
     let binding = Binding::new(scene, animation);
     let mut pose = Pose::rest(scene);
@@ -74,7 +74,7 @@ fn depths(scene: &Scene, animation: &Animation) -> Vec<f32> {
     frames.map(depth).collect()
 }
 
-/// The last third of a fall: a body that lies all the time, on its toes if it lies on its face.
+/// The last third of a fall: a body that lies all the time. On its face, it rests on its toes.
 fn lie(axis: Vec3) -> Scene {
     let mut scene = fall(axis);
     let animation = &mut scene.animations[0];
@@ -98,7 +98,7 @@ fn lie(axis: Vec3) -> Scene {
 fn who_lies_all_the_time_lies_on_the_floor_and_neither_in_it_nor_above_it() {
     // 2 cm of a person of 1.7 m.
     const SEEN: f32 = 0.02 / 1.7;
-    // Who lies on a side rests on shoulders and hips, which are broader or narrower on another body.
+    // A body on its side rests on shoulders and hips, whose widths differ between bodies.
     for (character, axis) in FALLS.into_iter().take(2) {
         let file = format!("../../fixtures/characters/{character}");
         let target = Importer::new().gltf_meshes(true).import(file).unwrap();

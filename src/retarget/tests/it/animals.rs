@@ -1,4 +1,4 @@
-//! A dog on animals of other proportions, with other numbers of joints, and other names.
+//! A dog, retargeted to animals with other proportions, other numbers of joints, and other names.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::LazyLock;
@@ -15,7 +15,7 @@ use crate::creatures::{Body, skeleton};
 
 static DOG: LazyLock<Scene> = LazyLock::new(|| mocap::import("../../fixtures/made/dog_walk.bvh").unwrap());
 
-/// A horse of 1.5 m whose trunk is one joint. Its feet hang on the root, at the ends of the shins.
+/// A horse of 1.5 m whose trunk is one joint. Its feet are children of the root, at the ends of the shins.
 fn horse() -> Scene {
     let mut horse = Body::default();
     let root = horse.add("Armature", None, [0.0, 0.0, 0.0]);
@@ -53,7 +53,7 @@ fn horse() -> Scene {
     skeleton(&horse.0)
 }
 
-/// A mouse, whose legs have the joints of the dog's legs, in centimetres. Its hind feet lie on the ground.
+/// A mouse in centimetres, whose legs have the joints of the dog's legs. Its hind feet lie on the ground.
 fn mouse() -> Scene {
     let mut mouse = Body::default();
     let pelvis = mouse.add("m0", None, [0.0, 4.0, 0.0]);
@@ -98,7 +98,7 @@ fn anchors(leg: &QuadrupedLeg) -> [NodeId; 3] {
     [leg.upper, leg.lower, leg.paw]
 }
 
-/// The places of some joints in each frame, in metres with +Y up.
+/// The positions of some joints in each frame, in metres with +Y up.
 fn places(scene: &Scene, animation: usize, joints: &[NodeId]) -> Vec<Vec<Vec3>> {
     let metres = Figure::new(scene).survey.metres_per_unit as f32;
     let motion = &scene.animations[animation];
@@ -111,7 +111,7 @@ fn places(scene: &Scene, animation: usize, joints: &[NodeId]) -> Vec<Vec<Vec3>> 
     (0..motion.frame_count()).map(frame).collect()
 }
 
-/// Each frame of the dog and of the other animal: for each leg hip, knee and paw.
+/// The hip, the knee and the paw of each leg, for each frame of the dog and of the other animal.
 fn on(target: Scene) -> (Vec<Vec<Vec3>>, Vec<Vec<Vec3>>, Retargeter) {
     let mut dog = DOG.clone();
     mocap::Conversion::new().apply(&mut dog).unwrap();
@@ -143,7 +143,7 @@ fn a_dog_walks_on_a_horse() {
             let off = off(&was, &is, from, to);
             assert!(off < most, "{leg} {from} {to}: {off}, {report}");
         }
-        // The paw of the dog is on the ground where it is low and slow.
+        // The paw of the dog is on the ground in the frames in which it is low and slow.
         let low = was.iter().map(|frame| frame[paw].y).fold(f32::MAX, f32::min) + 0.02;
         let size = (is[0][hip] - is[0][paw]).length() / (was[0][hip] - was[0][paw]).length();
         for frame in 1..was.len() {
@@ -155,7 +155,7 @@ fn a_dog_walks_on_a_horse() {
         }
     }
     assert!(stood > 40 && slid < 0.003 * stood as f32, "{slid} m in {stood} frames");
-    // Left stays left: along the way, the left hips are on the left.
+    // Left stays left: seen along the path, the left hips are on the left.
     let way = is[is.len() - 1][0] - is[0][0];
     for pair in [0, 6] {
         let left = is[10][pair] - is[10][pair + 3];
@@ -173,7 +173,7 @@ fn legs_show_the_up_axis() {
     }
 }
 
-/// The tail of the mouse bends as the tail of the dog: its tip moves.
+/// The tail of the mouse bends like the tail of the dog, so its tip moves.
 #[test]
 fn the_tail_follows() {
     let target = mouse();

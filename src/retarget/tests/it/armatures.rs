@@ -1,5 +1,5 @@
-//! Characters whose Armature is turned, as Blender and VRoid write them: a motion goes onto them and from them as where
-//! it is not.
+//! Characters whose armature is rotated, as Blender and VRoid write them. Motions to and from such characters are the
+//! same as without the rotation.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 const WALK: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
 
-/// Blender's quarter turn, and two that are along no axis.
+/// Blender's quarter turn, and two rotations about no coordinate axis.
 fn turns() -> [Quat; 3] {
     [
         Quat::from_rotation_x(-FRAC_PI_2),
@@ -20,8 +20,8 @@ fn turns() -> [Quat; 3] {
     ]
 }
 
-/// The bytes of a `.glb` or `.vrm` with a turned node above its skeleton. If the world is to stay, the skeleton is
-/// turned back. Then the skin, whose inverse bind matrices stay, is where it was.
+/// The bytes of a `.glb` or `.vrm` with a rotated node above its skeleton. With `world_stays`, the skeleton is rotated
+/// back, so that the skin with its unchanged inverse bind matrices keeps its place.
 fn with_armature(bytes: &[u8], turn: Quat, world_stays: bool) -> Vec<u8> {
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let mut file: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
@@ -56,7 +56,7 @@ fn with_armature(bytes: &[u8], turn: Quat, world_stays: bool) -> Vec<u8> {
     made
 }
 
-/// The walk on a character.
+/// The walk, retargeted to a character.
 fn on(bytes: &[u8], name: &str) -> Scene {
     let file = MemoryFile { name, bytes };
     let character = Importer::new().gltf_meshes(true).read_character(file, &[]).unwrap();
@@ -64,7 +64,7 @@ fn on(bytes: &[u8], name: &str) -> Scene {
     done.scene()
 }
 
-/// The world positions of joints by name, at some ticks; those of `names`, or of all.
+/// The world positions of joints by name, at some ticks: the joints of `names`, or all joints if `names` is empty.
 fn positions(scene: &Scene, names: &[String]) -> Vec<Vec3> {
     let joints = names
         .iter()
@@ -91,7 +91,7 @@ fn farthest(a: &[Vec3], b: &[Vec3]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
 }
 
-/// Where the world is as it was, so is the motion: every joint within 0.1 mm.
+/// If the world does not change, the motion does not change: every joint stays within 0.1 mm.
 #[test]
 fn a_turned_armature_changes_nothing_of_a_motion_on_it() {
     for name in ["human_vrm0.vrm", "human_default.glb"] {
@@ -108,8 +108,8 @@ fn a_turned_armature_changes_nothing_of_a_motion_on_it() {
     }
 }
 
-/// A character that leans or lies at rest, with its armature, stands up in the motion: each limb points where it does
-/// on one that stands, within 3 degrees.
+/// A character that leans or lies at rest together with its armature stands up in the motion. Each limb has the
+/// direction that it has on a standing character, within 3 degrees.
 #[test]
 fn a_character_that_lies_with_its_armature_stands_up() {
     let name = "human_default.glb";
@@ -130,7 +130,7 @@ fn a_character_that_lies_with_its_armature_stands_up() {
                 let all = positions(scene, &ends);
                 all.chunks(2).map(|ends| (ends[1] - ends[0]).normalize()).collect()
             };
-            // Facing is the nearest axis, so that a turn about the vertical axis may stay.
+            // A figure is taken to face along its nearest axis, so a rotation about the vertical axis may remain.
             for (was, is) in directions(&plain).iter().zip(directions(&turned)) {
                 let lean = (was.y.clamp(-1.0, 1.0).acos() - is.y.clamp(-1.0, 1.0).acos()).abs();
                 assert!(lean.to_degrees() < 3.0, "{turn} {limb:?}: {was} {is}");
@@ -139,7 +139,7 @@ fn a_character_that_lies_with_its_armature_stands_up() {
     }
 }
 
-/// A scene with a group above its root that is turned, and root and motion turned back.
+/// A scene with a rotated group above its root. The root and its motion are rotated back.
 fn scene_with_armature(scene: &Scene, turn: Quat) -> Scene {
     let back = turn.inverse();
     let mut made = scene.clone();
@@ -170,7 +170,8 @@ fn scene_with_armature(scene: &Scene, turn: Quat) -> Scene {
     made
 }
 
-/// And from it: the world is as it was, so the character moves as it did, within 0.1 mm.
+/// Here the armature of the source is rotated. The motion in the world does not change, so the character moves as
+/// before, within 0.1 mm.
 #[test]
 fn a_motion_comes_from_a_turned_armature_as_from_one_that_is_not() {
     let bytes = std::fs::read("../../fixtures/characters/human_vrm0.vrm").unwrap();

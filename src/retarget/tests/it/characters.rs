@@ -1,4 +1,4 @@
-//! Characters and motions of the fixtures.
+//! Reads characters and motions of the fixtures, for other tests.
 
 use mocap::{Conversion, Scene};
 

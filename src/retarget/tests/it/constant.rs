@@ -1,5 +1,5 @@
-//! Laws of keys of motions on another skeleton: a joint that keeps its place or its rotation has one key. A motion of
-//! constant speed keeps its speed on its own skeleton.
+//! Laws for the keys of motions on another skeleton. A joint with a constant position or rotation has one key. A motion
+//! of constant speed keeps its speed on its own skeleton.
 
 use mocap::Scene;
 use mocap::glam::{Quat, Vec3};
@@ -19,7 +19,7 @@ fn on(source: Scene, target: Scene) -> Scene {
     Retargeter::new(source, target, options).unwrap().scene()
 }
 
-/// Whether a track has several keys that are one value.
+/// Whether a track has several keys with one value.
 fn is_blurred<T: Copy>(keys: &Keys<T>, distance: impl Fn(T, T) -> f32, least: f32) -> bool {
     match keys.values.as_slice() {
         [first, others @ ..] => !others.is_empty() && others.iter().all(|value| distance(*first, *value) <= least),
@@ -57,7 +57,7 @@ fn joints_that_keep_their_places_have_one_position_key_on_every_skeleton() {
     }
 }
 
-/// The text of the file says which joints are still; on its own skeleton they stay so.
+/// The text of the file shows which joints are still. On their own skeleton these joints stay still.
 #[test]
 fn joints_that_are_still_in_the_text_of_a_file_have_one_rotation_key() {
     let mut tried = 0;
@@ -80,7 +80,7 @@ fn joints_that_are_still_in_the_text_of_a_file_have_one_rotation_key() {
     assert!(tried > 10, "{tried} joints are still");
 }
 
-/// Each joint of the walk turns about an axis of its own at a constant speed from its pose in the first frame.
+/// Each joint of the walk rotates from its pose in the first frame, about its own axis and at a constant speed.
 #[test]
 fn a_motion_of_constant_speed_keeps_it_on_its_own_skeleton() {
     let mut source = import(WALK);

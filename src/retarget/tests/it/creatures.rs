@@ -1,4 +1,4 @@
-//! Creatures are no humanoids, and what is said of them names what they are.
+//! Creatures are not humanoids, and the messages name the kind of creature.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -44,7 +44,7 @@ impl Body {
         parent
     }
 
-    /// Both limbs of a pair; `names` without the side, offsets of the left one.
+    /// Both limbs of a pair. `names` omit the side, and `offsets` belong to the left limb.
     fn pair(&mut self, names: [&str; 5], parent: usize, offsets: [[f32; 3]; 5]) {
         for (side, sign) in [("Left", 1.0), ("Right", -1.0)] {
             let names = names.map(|name| format!("{side}{name}"));
@@ -57,7 +57,7 @@ impl Body {
 const LEG: [&str; 5] = ["UpLeg", "Leg", "Foot", "ToeBase", "ToeEnd"];
 const ARM: [&str; 5] = ["Shoulder", "Arm", "ForeArm", "Hand", "HandEnd"];
 
-/// A dog of 55 cm, with the names that a program for people gives its joints.
+/// A dog of 55 cm. A program for people gave names to its joints.
 fn dog(has_tail: bool) -> Scene {
     let mut dog = Body::default();
     let hips = dog.add("Hips", None, [0.0, 55.0, 0.0]);
@@ -125,7 +125,7 @@ fn flamingo() -> Scene {
     skeleton(&bird.0)
 }
 
-/// A body of a person of 1.7 m, but for its tail: a monkey, as far as its skeleton tells.
+/// The body of a person of 1.7 m with a tail. By its skeleton, it is a monkey.
 fn person(tail: usize) -> Scene {
     let mut body = Body::default();
     let hips = body.add("Hips", None, [0.0, 95.0, 0.0]);
@@ -178,7 +178,7 @@ fn creatures_are_refused_by_their_class() {
     }
 }
 
-/// What is a person stays one: without a tail, and with what is too short for one, as the end of a coat.
+/// A person stays a person: without a tail, and with a chain that is too short for a tail, such as the end of a coat.
 #[test]
 fn a_person_is_no_creature() {
     for tail in [0, 1] {
@@ -187,7 +187,7 @@ fn a_person_is_no_creature() {
     }
 }
 
-/// A map says what the guess refuses.
+/// A map can make a humanoid of a refused skeleton.
 #[test]
 fn a_map_overrules_the_class() {
     let scene = person(5);
@@ -199,8 +199,8 @@ fn a_map_overrules_the_class() {
     assert!(found.found && found.creature.is_none() && found.missing().is_empty());
 }
 
-/// The skeleton turned about +Y and made larger, with other axes of each joint: the same animal of another size, built
-/// by another program.
+/// The skeleton, rotated about +Y and scaled, with other axes for each joint: the same animal in another size, built by
+/// another program.
 fn rebuilt(scene: &Scene, size: f32, heading: f32) -> Scene {
     let turn = Quat::from_rotation_y(heading);
     let rest = Pose::rest(scene);
@@ -217,7 +217,7 @@ fn rebuilt(scene: &Scene, size: f32, heading: f32) -> Scene {
     made
 }
 
-/// A trot: every joint swings, and the hips go forward and up and down.
+/// A trot: every joint swings, and the hips move forward, up and down.
 fn trot(mut scene: Scene) -> Scene {
     const FRAMES: usize = 40;
     let channels = scene.nodes.iter().enumerate().map(|(index, node)| {
@@ -248,8 +248,8 @@ fn trot(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The dog of another size and facing moves as the dog. Every joint is at the place of the source's joint, turned and
-/// scaled, but for the height of the ground.
+/// The dog of another size and facing moves like the dog. Every joint has the position of the source's joint, rotated
+/// and scaled, except for the height of the ground.
 #[test]
 fn a_creature_moves_as_another_of_its_kind() {
     for (size, heading) in [(1.0, 0.0), (1.7, FRAC_PI_2), (0.4, -FRAC_PI_2)] {
@@ -261,7 +261,7 @@ fn a_creature_moves_as_another_of_its_kind() {
         let names = report.by_names.as_ref().unwrap();
         assert_eq!((names.joints, names.by_parts), (source.nodes.len(), true));
         assert_eq!(names.creature, "four-legged");
-        // The planted trot has no floor: its feet pass below it, which the verdict counts.
+        // The generated trot has no floor. Its feet go below the floor, and the verdict counts this.
         assert_ne!(report.verdict, Verdict::Poor, "{report}");
         assert!(report.max_degrees < 0.1, "{}", report.max_degrees);
         assert!((report.scale - f64::from(size)).abs() < 1e-4);
@@ -279,7 +279,7 @@ fn a_creature_moves_as_another_of_its_kind() {
     }
 }
 
-/// Joints that one of them lacks are said, and the others move.
+/// Joints that only one animal has are reported, and the other joints move.
 #[test]
 fn what_a_creature_lacks_is_said() {
     let done = Retargeter::new(trot(dog(true)), dog(false), RetargetOptions::new()).unwrap();

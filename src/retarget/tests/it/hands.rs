@@ -1,5 +1,5 @@
-//! Hands that touch on the target what those of the source touch. Distances are those of wrists, by the poses of both
-//! motions; `tools/hands/check` judges with meshes and code of its own.
+//! Hands of the target touch the parts that the source's hands touch. The tests measure the distances of wrists in the
+//! poses of both motions. `tools/hands/check` measures with meshes and separate code.
 
 use mocap::figure::HumanoidBone as Bone;
 use mocap::figure::{Figure, Humanoid};
@@ -15,7 +15,7 @@ fn character() -> Scene {
     Importer::new().gltf_meshes(true).import(CHILD).unwrap()
 }
 
-/// A motion on a character, and what is said of it.
+/// A motion on a character, and its report.
 fn moved(source: &str, keep: bool) -> (Animation, RetargetReport) {
     let options = RetargetOptions::new().keep_hands(keep);
     let retargeting = Retargeter::new(mocap::import(source).unwrap(), character(), options).unwrap();
@@ -51,14 +51,14 @@ fn hands_that_meet_are_as_far_apart_as_in_the_source() {
     let meets = |contact: &&HandContact| contact.with == TouchedPart::OtherHand;
     let longest = |contact: &&HandContact| (contact.last - contact.first) as usize;
     let contact = hands.contacts.iter().filter(meets).max_by_key(longest).unwrap();
-    // The first frame is a rest pose, which is left out.
+    // The first frame is a rest pose, and is dropped.
     let (source, target) = (mocap::import(SALSA).unwrap(), character());
     let whole = &source.animations[0];
     let left_out = whole.duration - kept.duration;
     let frames = [contact.first, contact.last];
     let wanted = wrists(&source, whole, frames.map(|frame| frame + left_out));
     let off = |animation: &Animation| (wrists(&target, animation, frames) - wanted).abs();
-    // A fiftieth of a leg is a centimetre of this child.
+    // A fiftieth of the leg is one centimetre on this child.
     assert!(off(&kept) < 0.02, "{} of a leg", off(&kept));
     assert!(off(&kept) < 0.5 * off(&free), "{} and {}", off(&kept), off(&free));
     assert!(hands.jerk_ratio < 1.2, "{}", hands.jerk_ratio);

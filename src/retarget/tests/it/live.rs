@@ -1,5 +1,5 @@
-//! VMC: packets that are put together here byte by byte, by the specification of OSC 1.0. `tools/vmc` has another
-//! author's library at both ends.
+//! VMC, with packets that the tests build byte by byte by the specification of OSC 1.0. `tools/vmc` tests both ends
+//! with another author's library.
 
 mod vmc;
 
@@ -8,7 +8,7 @@ use mocap::live::{VmcBridge, VmcCleaner, VmcRecorder};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Code, Scene};
 
-/// A text of OSC: zeros to a multiple of four bytes, one at least.
+/// An OSC string: zeros follow the text, at least one, up to a multiple of four bytes.
 fn text(text: &str) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize((bytes.len() + 4) / 4 * 4, 0);
@@ -40,7 +40,7 @@ fn recorded(packets: &[Vec<u8>]) -> Scene {
 
 #[test]
 fn a_pose_of_unity_is_mirrored_and_timed_by_the_clock_of_its_sender() {
-    // A quarter turn about +Y, from +Z to +X in Unity, and so from +Z to -X in a scene.
+    // A quarter turn about +Y: in Unity from +Z to +X, and so in a scene from +Z to -X.
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let turned = [0.1, 0.9, 0.2, 0.0, half, 0.0, half];
     let packets = [
@@ -79,7 +79,7 @@ fn the_root_moves_the_hips_and_a_bone_that_comes_again_ends_the_frame() {
     let scene = recorded(&packets);
     let keys = &scene.animations[0].channels[0];
     assert_eq!(keys.position_keys.values.len(), 2);
-    // In Unity: 0.5 along +Z, turned to +X, and 1 along +X.
+    // In Unity: 0.5 along +Z, rotated to +X, and 1 along +X.
     assert!(keys.position_keys.values[0].distance(Vec3::new(-1.5, 1.0, 0.0)) < 1e-6);
     let expected = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
     assert!(keys.rotation_keys.values[0].angle_between(expected) < 1e-3);
@@ -101,14 +101,14 @@ fn what_is_malformed_is_counted_and_nothing_without_hips_is_a_motion() {
     assert_eq!(hear(&bone("Hips", [0.0; 7])), 6);
     assert_eq!(hear(&message("/VMC/Ext/Bone/Pos", Some("Hips"), &[1.0])), 7);
     assert_eq!(hear(&time(f32::INFINITY)), 8);
-    // Bundles in bundles without end.
+    // Bundles that are nested without end.
     let mut nested = Vec::new();
     for _ in 0..3000 {
         let length = u32::try_from(nested.len()).unwrap().to_be_bytes();
         nested.splice(0..0, [b"#bundle\0\0\0\0\0\0\0\0\x01", &length[..]].concat());
     }
     assert_eq!(hear(&nested), 9);
-    // These are no faults.
+    // These messages are not malformed.
     assert_eq!(hear(&bone("LastBone", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])), 9);
     assert_eq!(hear(&message("/VMC/Ext/Blend/Val", Some("Joy"), &[0.5])), 9);
     let counts = recorder.counts();
@@ -119,7 +119,7 @@ fn what_is_malformed_is_counted_and_nothing_without_hips_is_a_motion() {
     assert_eq!(recorder.scene().unwrap_err().code(), Code::NoMotion);
 }
 
-/// A stream comes back half a second later without its noise; what is about no bone goes with its frame.
+/// A stream is returned half a second later without its noise. Messages that are not about bones stay with their frame.
 #[test]
 fn a_stream_is_given_back_without_its_noise() {
     let mut cleaner = VmcCleaner::new(0.5).unwrap();
@@ -184,7 +184,7 @@ fn a_stream_with_other_bones_or_none_loses_nothing() {
     let mut recorder = VmcRecorder::new();
     given.iter().for_each(|packet| recorder.hear(packet, 0.0));
     assert_eq!((recorder.counts().frames, recorder.counts().malformed), (50, 0));
-    // Without any bone messages go on as they are.
+    // Without any bone, messages pass unchanged.
     let mut cleaner = VmcCleaner::new(0.5).unwrap();
     let packets = (0..3).flat_map(|frame| cleaner.hear(&time(frame as f32), 0.0)).count();
     assert_eq!((packets, cleaner.finish().len()), (2, 1));
@@ -193,7 +193,7 @@ fn a_stream_with_other_bones_or_none_loses_nothing() {
     }
 }
 
-/// Blend shapes are expressions, by the names of VRM 0 and 1.0, and the eyes are the gaze, also in the file.
+/// Blend shapes are expressions, by the names of VRM 0 and 1.0, and the eyes are the gaze. The file has both.
 #[test]
 fn blend_shapes_and_eyes_are_kept_in_a_vrm_animation() {
     let shape = |name: &str, value: f32| message("/VMC/Ext/Blend/Val", Some(name), &[value]);
@@ -258,7 +258,7 @@ fn blend_shapes_and_eyes_are_kept_in_a_vrm_animation() {
     }
 }
 
-/// The bones without which there is no humanoid, with their offsets in Unity's axes: left is -X.
+/// The required bones of a humanoid, with their offsets in Unity's axes: left is -X.
 const SKELETON: [(&str, [f32; 3]); 17] = [
     ("Hips", [0.0, 0.95, 0.0]),
     ("Spine", [0.0, 0.1, 0.0]),
@@ -279,7 +279,7 @@ const SKELETON: [(&str, [f32; 3]); 17] = [
     ("RightHand", [0.25, 0.0, 0.0]),
 ];
 
-/// The packets of a frame in which every bone turns.
+/// The packets of a frame in which every bone rotates.
 fn turned(frame: usize) -> Vec<Vec<u8>> {
     let seconds = frame as f32 / 60.0;
     let mut packets = vec![time(seconds)];
@@ -299,8 +299,8 @@ fn heard(packets: &[Vec<u8>]) -> Scene {
     recorder.scene().unwrap()
 }
 
-/// Onto the sender's own body nothing changes, every pose goes out with the packet of its last bone, and what is about
-/// no bone goes on.
+/// A stream that is bridged to the sender's own body does not change. Every pose is sent with the packet of its last
+/// bone, and messages that are not about bones pass.
 #[test]
 fn a_stream_is_bridged_onto_a_body_pose_by_pose() {
     let all: Vec<Vec<u8>> = (0..60).flat_map(turned).collect();
@@ -310,7 +310,7 @@ fn a_stream_is_bridged_onto_a_body_pose_by_pose() {
     for frame in 0..60 {
         for (place, packet) in turned(frame).iter().enumerate() {
             let out = bridge.hear(packet, 0.0);
-            // The first frame ends as the second begins, for its bones are not known.
+            // The first frame ends when the second begins, because its bones are not known before.
             if frame > 1 {
                 let is_last = place == SKELETON.len();
                 assert_eq!(
@@ -370,7 +370,7 @@ fn a_stream_is_bridged_onto_a_robot() {
     }
 }
 
-/// A stream without hips is no body, and says so; after a body has come its poses go out.
+/// A stream without hips is not a body, and the bridge reports this. When the bones of a body arrive, poses are sent.
 #[test]
 fn a_stream_that_is_no_body_yet_waits() {
     let own = heard(&(0..2).flat_map(turned).collect::<Vec<_>>());
@@ -391,7 +391,7 @@ fn a_stream_that_is_no_body_yet_waits() {
     assert!(given.len() >= 9 && bridge.problem().is_none());
     let said: serde_json::Value = serde_json::from_slice(&given[5]).unwrap();
     assert!(said["bones"]["hips"]["position"].is_array() && said["bones"]["leftHand"]["rotation"].is_array());
-    // No character, no bridge.
+    // Without a humanoid, there is no bridge.
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     assert!(VmcBridge::onto(&arm).is_err());
 }
@@ -401,11 +401,11 @@ fn exact_time(seconds: f64) -> Vec<u8> {
     [text("/VMC/Ext/T"), text(",d"), seconds.to_be_bytes().to_vec()].concat()
 }
 
-/// The name of a case, the sender's clock at a frame, and how many jumps it has.
+/// The name of a case, the sender's clock at a frame, and the number of its jumps.
 type Case<'a> = (&'a str, &'a dyn Fn(usize) -> f64, u64);
 
-/// A sender of 30 frames a second is recorded for 3 seconds, while its clock jumps or fails. The take is as long as
-/// the receiver's clock says.
+/// A sender with 30 frames per second is recorded for 3 seconds, while its clock jumps or fails. The receiver's clock
+/// determines the length of the take.
 #[test]
 fn a_jump_of_the_senders_clock_is_bridged_by_the_time_of_arrival() {
     const FRAMES: usize = 91;
@@ -488,7 +488,7 @@ fn a_jump_of_the_senders_clock_is_bridged_by_the_time_of_arrival() {
     }
 }
 
-/// The gap in which a sender begins again is as long as no packet came.
+/// The gap between two runs of a sender is the time without packets.
 #[test]
 fn a_sender_that_begins_again_leaves_the_gap_of_its_arrival() {
     let mut recorder = VmcRecorder::new();
@@ -511,7 +511,7 @@ fn a_sender_that_begins_again_leaves_the_gap_of_its_arrival() {
     );
 }
 
-/// A jump of the clock gives no joint more time to move, nor does a frame without a time.
+/// A jump of the clock gives no joint more time for a movement. A frame without a time does not either.
 #[test]
 fn a_robot_keeps_its_velocity_limits_across_a_jump_of_the_clock() {
     let robot = mocap::Importer::new()
@@ -520,7 +520,7 @@ fn a_robot_keeps_its_velocity_limits_across_a_jump_of_the_clock() {
     let mut bridge = VmcBridge::onto_robot(&robot);
     let mut before: Option<serde_json::Value> = None;
     for frame in 0..12 {
-        // Another pose from frame 6 on.
+        // The pose changes in frame 6.
         let mut packets = turned(if frame < 6 { frame } else { 90 });
         match frame {
             6 => packets[0] = exact_time(18_000.0),

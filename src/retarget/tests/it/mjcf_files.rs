@@ -1,4 +1,4 @@
-//! MJCF in several files, and placed by frames; which files a robot may name.
+//! MJCF in several files, bodies in `<frame>` elements, and the files that a robot may name.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ const FRAMES: &str = r#"<mujoco model="frames">
   </worldbody>
 </mujoco>"#;
 
-/// Writes files into a folder, and reads the first as a robot.
+/// Writes files into a folder, and reads the first file as a robot.
 fn import(files: &[(&str, &str)]) -> mocap::Result<Robot> {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -46,7 +46,7 @@ fn refused(files: &[(&str, &str)]) -> String {
     format!("{} {line}: {diagnostic}", diagnostic.code)
 }
 
-/// As every `scene.xml` has it: the robot in one file, what stands around it in another, and parts in more.
+/// A model as in every `scene.xml`: the robot in one file, its surroundings in another, and parts in further files.
 #[test]
 fn a_model_in_several_files_is_the_model_in_one() {
     let whole = Importer::new().import_robot(G1).unwrap();
@@ -62,7 +62,8 @@ fn a_model_in_several_files_is_the_model_in_one() {
         assert_eq!((&a.name, a.parent, &a.joint), (&b.name, b.parent, &b.joint));
         assert_eq!((&a.shapes, a.inertial), (&b.shapes, b.inertial));
     }
-    // An arm of its own, included where it hangs; names are relative to the folder of the main file.
+    // An arm in its own file, included at its place in the tree. File names are relative to the folder of the main
+    // file.
     let start = text.find("<body name=\"left_shoulder_pitch_link\"").unwrap();
     let end = text.find("<body name=\"right_shoulder_pitch_link\"").unwrap();
     let arm = format!("<mujocoinclude>{}</mujocoinclude>", &text[start..end]);
@@ -73,7 +74,7 @@ fn a_model_in_several_files_is_the_model_in_one() {
     assert_eq!(found.zero_pose(), whole.zero_pose());
 }
 
-/// MuJoCo 3.17 looks in the folder of the main file, and then in that of the file that includes.
+/// MuJoCo 3.17 searches the folder of the main file, and then the folder of the including file.
 #[test]
 fn names_of_included_files_are_of_the_main_folder_or_of_their_own() {
     let scene = r#"<mujoco><include file="assets/a.xml"/></mujoco>"#;
@@ -86,7 +87,7 @@ fn names_of_included_files_are_of_the_main_folder_or_of_their_own() {
     assert_eq!(import(&files).unwrap().links[0].name, "of_main");
 }
 
-/// A ball on a table is no robot, whether it moves freely or stands first.
+/// A ball on a table is not a robot, even if it moves freely or comes first.
 #[test]
 fn of_several_bodies_that_with_the_most_joints_is_the_robot() {
     let model = |bodies: &str| format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>");
@@ -130,17 +131,18 @@ fn what_is_wrong_with_an_included_file_is_named_with_it() {
         assert!(found.starts_with(expected), "{found}");
         assert!(found.contains("\"a.xml\", which is included"), "{found}");
     }
-    // A scene that is refused has no motion to warn of.
+    // A refused scene has no motion, so it gives no warning about one.
     let unread = Importer::new().read(scene.as_bytes(), "scene.xml").unwrap_err();
     assert!(unread.warnings().is_empty(), "{:?}", unread.warnings());
-    // In memory there is no other file.
+    // In memory, there is no other file.
     let read = Importer::new().read_robot(scene.as_bytes(), "scene.xml").unwrap_err();
     assert_eq!(read.code().as_str(), "missing-file");
 }
 
 const MESH: &str = "v -1 0 0\nv 1 2 3\nv 0 1 1\nf 1 2 3\n";
 
-/// Whether the mesh of a robot with one link was found, and the warnings. The file at `name` is the first of `files`.
+/// Whether the mesh of a robot with one link was found, and the warnings. Each of `files` is a path with the file's
+/// contents. The first file is the robot.
 fn mesh_of(files: &[(&str, &str)]) -> (bool, Vec<String>) {
     let robot = import(files).unwrap();
     let shapes = robot.links.iter().flat_map(|link| &link.shapes);
@@ -157,7 +159,7 @@ fn mesh_of(files: &[(&str, &str)]) -> (bool, Vec<String>) {
     (bounds[0].is_some(), warnings)
 }
 
-/// The trees of ROS and of MuJoCo have meshes beside the folder of the robot.
+/// The folders of ROS and of MuJoCo have meshes next to the folder of the robot.
 #[test]
 fn meshes_are_opened_around_the_robot_and_at_no_path_from_the_root() {
     let elsewhere = tempfile::tempdir().unwrap();
@@ -199,7 +201,7 @@ fn meshes_are_opened_around_the_robot_and_at_no_path_from_the_root() {
         (deep, urdf("../../../../../../part.obj"), "package/part.obj"),
         ("mjcf/r.xml", mjcf("../meshes", "part.obj"), "meshes/part.obj"),
         ("mjcf/r.xml", mjcf("assets", "../stl/part.obj"), "mjcf/stl/part.obj"),
-        // The name alone, beside the robot.
+        // The name without a folder, next to the robot.
         ("r.urdf", urdf("/opt/robot/part.obj"), "part.obj"),
         ("r.urdf", urdf("file:///opt/robot/part.obj"), "part.obj"),
     ] {
@@ -214,7 +216,7 @@ fn meshes_are_opened_around_the_robot_and_at_no_path_from_the_root() {
         ("a/r.urdf", urdf("package://a/../../part.obj")),
     ] {
         let files = [(name, text.as_str()), ("part.obj", MESH)];
-        // Beside a robot in the outermost folder the mesh would be found by its name.
+        // If the robot is in the outermost folder, the mesh would be found by its name.
         let (is_found, warnings) = mesh_of(&files[..1 + usize::from(name.contains('/'))]);
         assert!(!is_found, "{text}");
         assert!(
@@ -222,7 +224,7 @@ fn meshes_are_opened_around_the_robot_and_at_no_path_from_the_root() {
             "{warnings:?}"
         );
     }
-    // A mesh of another kind is not opened at all.
+    // A mesh of another kind is not opened.
     assert_eq!(
         mesh_of(&[("r.urdf", &urdf("../r/part.txt")), ("r/part.txt", MESH)]),
         (false, vec![])
@@ -247,7 +249,7 @@ fn includes_are_opened_around_the_model_and_at_no_path_from_the_root() {
     }
 }
 
-/// Files that include two others each would be a billion at the 30th.
+/// If each file includes two others, 30 levels would be a billion files.
 #[test]
 fn includes_end() {
     let names: Vec<String> = (0..100).map(|index| format!("{index}.xml")).collect();
@@ -262,7 +264,7 @@ fn includes_end() {
     assert!(refused(&files).starts_with("limit-exceeded"));
 }
 
-/// The numbers are worked out by hand, and are those of MuJoCo 4.0.
+/// The numbers are computed by hand, and equal MuJoCo 4.0's.
 #[test]
 fn frames_place_what_stands_in_them() {
     let robot = import(&[("frames.xml", FRAMES)]).unwrap();
@@ -278,7 +280,7 @@ fn frames_place_what_stands_in_them() {
     near(swing.axis, [1.0, 0.0, 0.0]);
     near(twist.anchor, [0.0, 0.25, 0.0]);
     near(twist.axis, [0.0, -1.0, 0.0]);
-    // The class of a frame is that of what stands in it.
+    // A body in a `<frame>` element has the class of this element.
     assert!((twist.limits.upper - 10_f64.to_radians()).abs() < 1e-12);
     near(robot.links[2].shapes[0].origin.translation, [0.0, 0.5, 1.0]);
     near(robot.links[3].joint.origin.translation, [0.0, -1.5, 0.0]);

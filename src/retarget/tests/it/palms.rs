@@ -1,5 +1,5 @@
-//! Whether the report of palms is right: by the plane of a hand in the world, seen along the hips, which shares nothing
-//! with the program.
+//! Tests whether the report of palms is right. The reference is the plane of a hand in the world, relative to the hips,
+//! and shares no code with the program.
 
 use mocap::glam::{Mat3, Vec3};
 use mocap::retarget::report::Aspect;
@@ -7,7 +7,8 @@ use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::NodeId;
 use mocap::{Importer, Pose, Scene};
 
-/// Names of a skeleton: thighs, hands, and the first joints of index, middle and little finger; left and right.
+/// The names of a skeleton's joints: thighs, hands, and the first joints of index, middle and little finger, left and
+/// right.
 struct Names {
     thighs: [&'static str; 2],
     hands: [[&'static str; 4]; 2],
@@ -68,8 +69,8 @@ fn apart(source: (&Scene, &Names), target: (&Scene, &Names)) -> [f32; 2] {
     })
 }
 
-/// The palms of a character are those of the source, also of `human_vrm0.vrm`, which rests with its palms up, twisted
-/// along the forearm; the report agrees to 5 degrees.
+/// A character's palms have the directions of the source's palms. This includes `human_vrm0.vrm`, whose palms face up
+/// at rest, with twisted forearms. The report agrees within 5 degrees.
 #[test]
 fn palms_are_as_far_off_as_the_report_says() {
     for (file, names) in [("human_default.glb", &MAKEHUMAN), ("human_vrm0.vrm", &JAPANESE)] {
@@ -101,8 +102,8 @@ fn palms_are_as_far_off_as_the_report_says() {
     }
 }
 
-/// Joints of a finger that are numbered from 1 to 4 begin at the knuckle, in a long hand and in a short one. 1, 2 and 3
-/// are its bones, and 4 is the tip. So Mixamo names them.
+/// If the joints of a finger are numbered from 1 to 4, the first is the knuckle, in long and in short hands. Joints 1,
+/// 2 and 3 are its bones, and joint 4 is the tip, as in Mixamo.
 #[test]
 fn numbered_joints_of_fingers_begin_at_the_knuckle_in_hands_of_every_length() {
     use mocap::figure::{Humanoid, HumanoidBone as Bone};

@@ -1,11 +1,11 @@
-//! A dog on robots with four legs, which are written here. Feet are where the scene of the robot has them.
+//! A dog on generated robots with four legs. The scene of the robot gives the positions of feet.
 
 use std::sync::LazyLock;
 
 use mocap::Scene;
 use mocap::figure::Figure;
 use mocap::glam::Vec3;
-use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::robot::report::{RobotReport, TimeScale};
 use mocap::retarget::robot::{Robot, RobotMotion};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Binding, Pose};
@@ -21,13 +21,13 @@ const RADIUS: f32 = 0.02;
 /// The length of thighs and of shins, in metres, as of small robots.
 const THIGH: f32 = 0.21;
 
-/// The limits of a knee that may bend backward alone, forward alone, or to both sides. The axis points to the right:
-/// a positive angle swings what hangs below forward.
+/// The limits of a knee that bends only backward, only forward, or to both sides. The axis points to the right, so a
+/// positive angle swings the lower leg forward.
 const BACKWARD: [f64; 2] = [0.0, 2.6];
 const FORWARD: [f64; 2] = [-2.6, 0.0];
 const BOTH: [f64; 2] = [-2.6, 2.6];
 
-/// A robot of four legs whose joints have these limits of velocity.
+/// A robot with four legs whose joints have this velocity limit.
 fn robot(knee: [f64; 2], velocity: f64) -> Robot {
     let mut text = String::from(
         r#"<robot name="four"><link name="base"><inertial><mass value="8"/>
@@ -107,14 +107,14 @@ fn a_dog_walks_on_a_robot_within_its_limits() {
             .iter()
             .map(|frame| (track[*frame][0] - track[frame - 1][0]).truncate().length())
             .sum();
-        // 2 mm a frame are 6 cm/s; a dog of this size walks 100 cm/s.
+        // 2 mm per frame are 6 cm/s. A dog of this size walks at 100 cm/s.
         assert!(slid < 0.002 * held.len() as f32, "{}: {slid}", FEET[foot]);
         let lifted = track.iter().map(|points| points[0].z).fold(f32::MIN, f32::max);
         assert!(lifted > RADIUS + 0.02, "{}: {lifted}", FEET[foot]);
     }
 }
 
-/// +X is forward for a robot, whichever links its file lists first, and whatever their names are.
+/// +X is forward for a robot, whatever the order and the names of the links in its file.
 #[test]
 fn legs_of_a_robot_are_front_and_hind_by_its_axes() {
     let mut robot = robot(BOTH, 9.0);
@@ -140,7 +140,7 @@ fn legs_of_a_robot_are_front_and_hind_by_its_axes() {
     }
 }
 
-/// What a robot did is done by the same robot again as it was, whichever axis its scene has up.
+/// A robot's motion, retargeted to the same robot, does not change, whatever up axis its scene has.
 #[test]
 fn a_motion_of_the_same_robot_stays() {
     let robot = robot(BOTH, 9.0);
@@ -156,12 +156,12 @@ fn a_motion_of_the_same_robot_stays() {
         assert!(own.rotation.angle_between(found.rotation) < 1e-3);
     }
     assert_eq!(report.scale, 1.0);
-    // Its trunk is measured from hips to shoulders, without the tilt of a stance.
+    // The direction of its trunk is measured from hips to shoulders, without the tilt of a stance.
     assert!(report.mean_degrees < 1.0, "{}", report.mean_degrees);
 }
 
-/// The path of the base is that of the hips and shoulders of the dog, scaled by the factor in the report. Each foot is
-/// before its hip when the paw is before the hip of the dog.
+/// The base follows the path of the dog's hips and shoulders, scaled by the factor in the report. Each foot is in front
+/// of its hip when the paw is in front of the dog's hip.
 #[test]
 fn base_and_feet_go_where_trunk_and_paws_go() {
     let robot = robot(BOTH, 30.0);
@@ -216,7 +216,7 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
     sums[1] / (sums[0] * sums[2]).sqrt()
 }
 
-/// Where both sides are allowed, knees bend backward.
+/// If the limits allow both sides, knees bend backward.
 #[test]
 fn knees_bend_to_one_side() {
     for (limits, sign) in [(BACKWARD, 1.0), (FORWARD, -1.0), (BOTH, 1.0)] {
@@ -249,4 +249,36 @@ fn people_and_animals_go_on_robots_of_their_kind_alone() {
         .unwrap();
     let message = refused(DOG.clone(), h1);
     assert!(message.contains("animal on four legs"), "{message}");
+}
+
+/// The speed follows from the fastest joint of the path, even where this joint is faster than motors of such robots.
+#[test]
+fn auto_slows_a_dog_to_its_fastest_joint() {
+    let mut source = DOG.clone();
+    source.animations[0].ticks_per_second *= 8.0;
+    let with = |velocity: f64, scale: TimeScale| {
+        let mut robot = robot(BOTH, velocity);
+        for link in robot.moving_joints() {
+            robot.links[link].joint.limits.effort = None;
+        }
+        let options = RetargetOptions::new().time_scale(scale);
+        let clip = Retargeter::new(source.clone(), robot, options)
+            .unwrap()
+            .into_clips()
+            .remove(0);
+        (clip.robot_motion.unwrap(), clip.report.robot().unwrap().clone())
+    };
+    let (path, _) = with(1e4, TimeScale::default());
+    let steps = (1..path.frames()).flat_map(|frame| std::iter::zip(path.dof_of(frame - 1), path.dof_of(frame)));
+    let fastest = steps.map(|(from, to)| (to - from).abs() * path.fps).fold(0.0, f64::max);
+    assert!(fastest > 30.0, "{fastest}");
+    let (slow, report) = with(20.0, TimeScale::Auto);
+    let wanted = 20.0 / fastest;
+    assert!(
+        (report.time_scale / wanted - 1.0).abs() < 1e-3,
+        "{} {wanted}",
+        report.time_scale
+    );
+    assert_eq!(report.fraction_too_fast, 0.0);
+    assert!(slow.frames() > path.frames());
 }

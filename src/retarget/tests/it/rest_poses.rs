@@ -1,4 +1,4 @@
-//! Rest poses of any kind, and what is taken from a motion where they say nothing.
+//! Rest poses of any kind, and the evidence of a motion if the rest pose shows nothing.
 
 use mocap::figure::report::TPoseSource;
 use mocap::figure::{Axis, Figure, HumanoidBone as Bone};
@@ -10,7 +10,7 @@ use mocap::{Pose, Scene};
 use crate::characters::{character, motion};
 use crate::roll::{assert_alike, rotations, with_other_frames};
 
-/// A character at rest with its arms so many degrees down.
+/// A character whose arms are lowered by this angle at rest, in degrees.
 fn with_arms_down(scene: &Scene, degrees: f32) -> Scene {
     let figure = Figure::new(scene);
     let pose = figure.t_pose(scene).unwrap().with_lowered_arms(scene, degrees);
@@ -21,7 +21,7 @@ fn with_arms_down(scene: &Scene, degrees: f32) -> Scene {
     lowered
 }
 
-/// Whatever the arms do, a body that stands at rest shows how trunk, head and feet are turned.
+/// Whatever its arms do, a body that stands at rest shows the rotation of trunk, head and feet.
 #[test]
 fn a_rest_pose_stands_with_its_arms_at_any_angle() {
     let scene = character("human_vrm0");
@@ -43,7 +43,7 @@ fn a_rest_pose_stands_with_its_arms_at_any_angle() {
     }
 }
 
-/// Bones that lie along one axis may have the right arm across the body: that is no T-pose.
+/// If all bones lie along one axis, the right arm may cross the body. Such a pose is not a T-pose.
 #[test]
 fn an_arm_across_the_body_is_no_t_pose() {
     let mut scene = character("human_vrm0");
@@ -53,7 +53,7 @@ fn an_arm_across_the_body_is_no_t_pose() {
     assert_eq!(Figure::new(&scene).rest_pose.value.as_str(), "other");
 }
 
-/// The same motion with the rest pose of a moment of it, as of files whose skeleton was bound there.
+/// The same motion with the pose of one tick as its rest pose, as in files whose skeleton was bound in this pose.
 fn bound_at(scene: &Scene, tick: f64) -> Scene {
     let bound = Pose::at_tick(scene, 0, tick).unwrap();
     let mut made = scene.clone();
@@ -63,8 +63,8 @@ fn bound_at(scene: &Scene, tick: f64) -> Scene {
     made
 }
 
-/// In the middle of a walk the arms may be as in an I-pose, and limbs have any roll. Left and right do not mirror each
-/// other, so the hinges of the motion count.
+/// In the middle of a walk, arms may hang as in an I-pose, and limbs have any roll. The left and the right side are not
+/// mirror images, so the hinges of the motion determine the roll.
 #[test]
 fn a_moment_of_a_motion_is_no_pose_to_believe() {
     let target = character("human_game_engine");
@@ -82,14 +82,14 @@ fn a_moment_of_a_motion_is_no_pose_to_believe() {
         assert_eq!(Figure::new(&bound).rest_pose.value.as_str(), "other", "tick {tick}");
         let found = rotations(&bound, &target, &limbs, &ticks);
         for (was, is) in expected.iter().flatten().zip(found.iter().flatten()) {
-            // A T-pose and the hinges of a motion are up to 30 degrees apart.
+            // The T-pose and the hinges of a motion differ by up to 30 degrees.
             let off = was.angle_between(*is).to_degrees();
             assert!(off < 30.0, "tick {tick}: {off} degrees");
         }
     }
 }
 
-/// One who walks may be near the origin by chance, in any axis, and does not lie there.
+/// A walking body may be near the origin along any axis. This does not mean that the body lies on the floor.
 #[test]
 fn a_body_that_walks_does_not_lie_on_the_floor() {
     let scene = mocap::import("../../fixtures/real/hip_knee_ankle_names.bvh").unwrap();
@@ -97,8 +97,8 @@ fn a_body_that_walks_does_not_lie_on_the_floor() {
     assert_eq!(figure.up.value, Axis::Y, "{}", figure.up.reason);
 }
 
-/// Two files of one motion, with the frames of all joints turned otherwise in each: nothing else tells them apart. In
-/// some a frame lies along its bone by chance, which says nothing.
+/// Two files of one motion that differ only in the coordinate frames of all joints. By chance, some axes of these
+/// coordinate frames lie along the bones, which is no evidence.
 #[test]
 fn other_frames_of_all_joints_are_the_same_motion() {
     let target = character("human_game_engine");
@@ -129,7 +129,8 @@ fn other_frames_of_all_joints_are_the_same_motion() {
     }
 }
 
-/// Where the rest pose does not stand, some frames are an average of nothing: the report says so.
+/// If the figure does not stand in the rest pose, its axes are averages over the motion. A few frames give no average,
+/// and the report says so.
 #[test]
 fn few_frames_are_said_to_be_few() {
     let target = character("human_game_engine");
@@ -144,7 +145,8 @@ fn few_frames_are_said_to_be_few() {
     }
 }
 
-/// A part of a motion whose rest pose says nothing has other averages: what hangs on them is said to be guessed.
+/// A part of a motion without evidence in its rest pose has other averages. The report lists the bones that depend on
+/// these averages as guessed.
 #[test]
 fn a_part_is_as_the_whole_or_says_that_it_is_guessed() {
     let target = character("human_game_engine");
@@ -190,8 +192,8 @@ fn a_part_is_as_the_whole_or_says_that_it_is_guessed() {
     assert!(guesses > 0);
 }
 
-/// A hand that the source lacks goes with its forearm, palm down in the T-pose, also on a character that rests with its
-/// palms up.
+/// If the source lacks a hand, the hand follows its forearm, with the palm down in the T-pose. A character whose palms
+/// face up at rest is no exception.
 #[test]
 fn a_hand_that_the_source_lacks_goes_with_its_forearm() {
     let source = motion("skeletons/blender_rigify_names.bvh");

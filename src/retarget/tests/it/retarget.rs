@@ -1,4 +1,4 @@
-//! Motion of one skeleton on another: the laws that it keeps, on real motions and bodies of many programs.
+//! Motions on other skeletons: laws for real motions and for the bodies of many programs.
 
 use std::sync::LazyLock;
 
@@ -24,7 +24,7 @@ const CHARACTERS: [&str; 6] = [
     "human_vrm1",
 ];
 
-/// The frames of a motion that laws of whole clips are tried on.
+/// The number of frames of a motion in tests of whole clips.
 const FRAMES: usize = 200;
 
 /// The motions of humanoids among the fixtures, read once for all tests.
@@ -43,7 +43,7 @@ fn read_motions() -> Vec<(String, Scene)> {
         let read = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::None);
         let mut scene = read.import(format!("../../fixtures/{file}")).ok()?;
         Conversion::new().apply(&mut scene).unwrap();
-        // Clips are made whole: of long ones fewer frames, from the beginning to the end.
+        // Whole clips are tested. Long clips get fewer frames, spread from the beginning to the end.
         if let Some(animation) = scene.animations.first()
             && animation.frame_count() > FRAMES
         {
@@ -57,7 +57,7 @@ fn read_motions() -> Vec<(String, Scene)> {
     scenes
 }
 
-/// The joints of bones by the side of the body, whatever their names say.
+/// The joints of bones by the side of the body, whatever their names are.
 fn joints(scene: &Scene) -> impl Fn(Bone) -> Option<NodeId> + use<> {
     let found = Humanoid::of(scene);
     move |bone| match found.sides {
@@ -78,7 +78,7 @@ const LIMBS: [(Bone, Bone); 8] = [
     (Bone::RightLowerArm, Bone::RightHand),
 ];
 
-/// The directions of arms and legs; none where the skeleton lacks an end.
+/// The directions of arms and legs; `None` for a limb without an end.
 fn directions(pose: &Pose, joint: &impl Fn(Bone) -> Option<NodeId>) -> Vec<Option<Vec3>> {
     let way = |(from, to): (Bone, Bone)| (pose.position(joint(to)?) - pose.position(joint(from)?)).try_normalize();
     LIMBS.into_iter().map(way).collect()
@@ -102,13 +102,13 @@ fn retargeted(source: &Scene, target: &Scene) -> Scene {
     }
 }
 
-/// Frames spread over a motion.
+/// Evenly spread frames of a motion.
 fn frames(scene: &Scene, count: usize) -> impl Iterator<Item = f64> + use<> {
     let last = scene.animations[0].frame_count() - 1;
     (0..count).map(move |index| (index * last / (count - 1).max(1)) as f64)
 }
 
-/// The rotation about the up axis from where one figure looks at rest to where another does.
+/// The rotation about the up axis from the facing of one figure at rest to the facing of another.
 fn turn(from: &Scene, to: &Scene) -> Quat {
     let heading = |scene: &Scene| {
         let facing = Figure::new(scene)
@@ -122,13 +122,13 @@ fn turn(from: &Scene, to: &Scene) -> Quat {
     Quat::from_rotation_y(heading(to) - heading(from))
 }
 
-/// The file's joints move within their bones; a target keeps the lengths of its bones.
+/// The joints of this file move within their bones. A target keeps its bone lengths.
 const MOVING_POSITIONS: &str = "real/perception_neuron_moving_positions.bvh";
 
-/// The body hangs from a headset, so it is no target.
+/// The root of this body is a headset, so the body cannot be a target.
 const HANGING: &str = "real/slimevr_headset_root.bvh";
 
-/// The largest angle of a joint, and the largest distance of one in metres, between a whole clip and its single poses.
+/// The largest angle and the largest distance, in metres, between the joints of a whole clip and of its single poses.
 fn off_between_clip_and_poses(source: &Scene, target: &Scene) -> (f32, f32) {
     let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
     let animation = &source.animations[0];
@@ -151,7 +151,7 @@ fn off_between_clip_and_poses(source: &Scene, target: &Scene) -> (f32, f32) {
     (turned, moved)
 }
 
-/// A whole clip is computed in blocks of frames, from chains of rotations; a single pose from matrices.
+/// A whole clip is computed in blocks of frames, from chains of rotations. A single pose is computed from matrices.
 #[test]
 fn a_clip_is_its_poses() {
     let targets = ["human_cmu", "human_vrm0"].map(character);
@@ -163,7 +163,7 @@ fn a_clip_is_its_poses() {
     }
 }
 
-/// Scales along all axes alike are a part of the chains; others are not, and a clip may end between two frames.
+/// Chains contain uniform scales, but not other scales. A clip may end between two frames.
 #[test]
 fn a_clip_of_a_scaled_body_is_its_poses() {
     let target = character("human_vrm1");
@@ -216,7 +216,7 @@ fn every_limb_points_where_that_of_the_source_points() {
     for (file, source) in motions() {
         let joint = joints(source);
         for (name, target) in &targets {
-            // A body that hangs on its head is no worse a source.
+            // A body whose root is its head is as good a source as others.
             let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
             let to_joint = joints(target);
             let turn = turn(source, target);
@@ -236,7 +236,7 @@ fn every_limb_points_where_that_of_the_source_points() {
             let mean = sum / count as f32;
             assert!(count >= 8 * 4, "{file} on {name}: {count}");
             let words = format!("{file} on {name}: {mean} degrees in the mean, {worst} at most");
-            // Two bodies with the same twist joints move joint by joint, and these are not on one line.
+            // Two bodies with the same twist joints move joint by joint, although these joints are not on one line.
             let (mean_bound, bound) = if file.contains("makehuman") {
                 (0.2, 0.5)
             } else {
@@ -265,7 +265,7 @@ fn a_motion_that_returns_is_the_same_within_a_degree() {
         let bindings = (Binding::new(&source, from), Binding::new(&back, to));
         let (mut a, mut b) = (Pose::rest(&source), Pose::rest(&back));
         let (here, other) = (Humanoid::of(&source), Humanoid::of(&there));
-        // A spine of other joints, and a shoulder that the other has not, take another share.
+        // If a spine has other joints, or only one body has a shoulder, each joint takes another share.
         let returns = |bone: &Bone| {
             let is_spine = [Bone::Spine, Bone::Chest, Bone::UpperChest, Bone::Neck].contains(bone);
             !is_spine && other.bones.contains_key(bone)
@@ -308,13 +308,14 @@ fn one_body_in_two_rest_poses_moves_alike() {
     }
 }
 
-/// CMU's own file of a take and its conversion to BVH have other names, other rest poses and another unit.
+/// CMU's own file of a take and its conversion to BVH differ in names, rest pose and unit.
 #[test]
 fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
     let [amc, bvh] = ["real/cmu_01_01.amc", "real/cmu_01_01.bvh"].map(motion);
     let target = character("human_vrm1");
     let joint = joints(&target);
-    // What the BVH file calls the hand, and no thumbs: one map has them and the other has not.
+    // Both maps name the joint that the BVH file calls the hand. They exclude thumbs, because only one skeleton has
+    // them.
     let named = |names: [(Bone, Option<&str>); 4]| names.map(|(bone, name)| (bone, name.map(str::to_owned)));
     let wrists = [
         (Bone::LeftHand, Some("lwrist")),
@@ -337,7 +338,7 @@ fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
             ..target.clone()
         }
     });
-    // The first frame of the BVH file is a rest pose that the take does not have.
+    // The first frame of the BVH file is a rest pose that the take lacks.
     let frames = moved[0].animations[0].frame_count();
     assert_eq!(moved[1].animations[0].frame_count(), frames + 1);
     let mut worst = (0.0, Bone::Hips, 0.0);
@@ -356,13 +357,13 @@ fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
     assert!(worst.0 < 0.01, "{worst:?}");
 }
 
-/// A rest pose of another kind is another description of the same body.
+/// The nodes are rotated and scaled at rest, but the body is the same.
 #[test]
 fn nodes_that_are_turned_and_scaled_at_rest_move_as_before() {
     let source = motion("real/cmu_12_01_walk.bvh");
     let plain = character("human_vrm1");
     let mut changed = plain.clone();
-    // The armature in centimetres and lying on its back, each joint with other axes of its own.
+    // The armature is in centimetres and lies on its back, and each joint has other axes.
     let mut axes = vec![Mat4::IDENTITY; changed.nodes.len()];
     for (index, node) in changed.nodes.iter_mut().enumerate() {
         let turned = Quat::from_euler(mocap::glam::EulerRot::XYZ, index as f32, 0.7 * index as f32, 0.2);
@@ -400,7 +401,7 @@ fn nodes_that_are_turned_and_scaled_at_rest_move_as_before() {
     }
 }
 
-/// The vertices of the skin at a tick.
+/// The positions of the skin's vertices at a tick.
 fn skinned(scene: &Scene, tick: f64) -> Vec<Vec3> {
     let pose = Pose::at_tick(scene, 0, tick).unwrap();
     let mesh = &scene.meshes[0];
@@ -415,8 +416,8 @@ fn skinned(scene: &Scene, tick: f64) -> Vec<Vec3> {
     vertices
 }
 
-/// Where the skin was bound stays; the rest pose is another: arms down by 45 degrees, each joint with other axes, the
-/// armature in centimetres.
+/// The bind pose stays, and the rest pose changes: arms are lowered by 45 degrees, each joint has other axes, and the
+/// armature is in centimetres.
 #[test]
 fn the_skin_moves_as_before_where_the_rest_pose_is_another() {
     let read = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Skinned);
@@ -497,7 +498,8 @@ fn the_path_is_as_long_as_the_legs_ask_or_as_the_caller_says() {
 
 #[test]
 fn feet_that_stand_stand_on_the_ground() {
-    // In metres with the floor at 0; each character's ankles are above it by their own height.
+    // The source is in metres with the floor at 0. The ankles of each character are above the floor by their own
+    // height.
     let source = motion("real/cmu_12_01_walk.bvh");
     for name in CHARACTERS {
         let target = character(name);
@@ -533,7 +535,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
             "{error}"
         );
     }
-    // Nothing moves a body by hips that hang on its head.
+    // Hips cannot move a body whose root is its head.
     let hanging = motion(HANGING);
     let error = PoseRetargeter::new(&walk, &hanging, &PoseRetargetOptions::default()).unwrap_err();
     assert!(error.to_string().contains("is not below its hips"), "{error}");
@@ -555,13 +557,13 @@ fn the_report_measures_what_is_there() {
     assert!(report.max_degrees < 0.1, "{}", report.max_degrees);
     let feet = report.feet.unwrap();
     assert!(feet.contact_frames > report.frames / 2, "{feet:?}");
-    // Free feet slide more on other legs.
+    // On legs of other proportions, feet without a lock slide more.
     assert!(
         feet.source.skate < 0.1 && feet.source.skate < feet.target.skate,
         "{feet:?}"
     );
 
-    // The left elbow is bent by 20 degrees more in every frame: the forearm is off, and nothing else.
+    // The left elbow is bent by 20 further degrees in every frame, so only the forearm deviates.
     let [node, hand] = [Bone::LeftLowerArm, Bone::LeftHand].map(|bone| joints(&target)(bone).unwrap());
     let forearm = target.nodes[hand.index()].transform.w_axis.truncate().normalize();
     let across = forearm.any_orthonormal_vector();
@@ -573,7 +575,7 @@ fn the_report_measures_what_is_there() {
     for rotation in &mut channel.rotation_keys.values {
         *rotation *= Quat::from_axis_angle(across, 20.0_f32.to_radians());
     }
-    // And the whole figure sinks by 5 cm.
+    // The whole figure also sinks by 5 cm.
     for place in &mut moved.channels[0].position_keys.values {
         place.y -= 0.05;
     }
@@ -632,7 +634,7 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
             after.mean_degrees
         );
     }
-    // On its own body nothing slides that did not.
+    // On its own body, no foot starts to slide.
     let source = motion("real/cmu_12_01_walk.bvh");
     let own = retargeted(&source, &source);
     let retargeter = PoseRetargeter::new(&source, &source, &PoseRetargetOptions::default()).unwrap();
@@ -640,8 +642,8 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
     assert!(!report.slides(), "{:?}", report.feet);
 }
 
-/// Packing moves a joint by a tenth of a millimetre at most. The knees of that walk are straight for many frames, where
-/// so little turns the plane of a leg by any angle: they popped by 24 cm between frames.
+/// Packing moves a joint by at most 0.1 mm. The knees of this walk are straight for many frames. In these frames, such
+/// a small change rotates the plane of a leg by any angle: the knees once jumped by 24 cm between frames.
 #[test]
 fn a_packed_walk_moves_the_knees_of_another_body_as_the_walk_does() {
     let (walk, target) = (motion("real/cmu_12_01_walk.bvh"), motion("real/rokoko_dance.bvh"));
@@ -671,13 +673,14 @@ fn a_packed_walk_moves_the_knees_of_another_body_as_the_walk_does() {
     }
 }
 
-/// The rest pose of a motion file need not show how a foot stands; the motion does.
+/// The rest pose of a motion file need not show the rotation of a standing foot, but the motion does.
 #[test]
 fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
     let plain = motion("real/cmu_12_01_walk.bvh");
     let mut pointed = plain.clone();
     for bone in [Bone::LeftFoot, Bone::RightFoot] {
-        // The joint at rest is turned by 20 degrees about the left-right axis; its keys say what they said.
+        // The joint is rotated at rest by 20 degrees about the left-right axis. Its keys are changed, so that the
+        // motion stays the same.
         let foot = joints(&plain)(bone).unwrap();
         pointed.nodes[foot.index()].transform *= Mat4::from_rotation_x(20.0_f32.to_radians());
     }
@@ -691,7 +694,7 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
             assert!(off < 0.01, "{off} at {tick}");
         }
     }
-    // And where the body stands, no toe is below the floor.
+    // In frames in which the body stands, no toe is below the floor.
     let retargeter = PoseRetargeter::new(&plain, &target, &PoseRetargetOptions::default()).unwrap();
     let report = retargeter.measure(&plain, &plain.animations[0], &target, &moved[0].animations[0]);
     assert!(
@@ -701,8 +704,8 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
     );
 }
 
-/// A rest pose with its legs apart may have feet that are rolled outwards with them, as those of CMU's database by 15
-/// to 25 degrees. In the motion they stand on their soles.
+/// The feet of a rest pose with its legs apart may be rolled outwards with the legs, as in CMU's database by 15 to 25
+/// degrees. In the motion they stand on their soles.
 #[test]
 fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
     let target = character("human_default");
@@ -721,7 +724,7 @@ fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
             let mut heights: Vec<f32> = poses.iter().map(|pose| pose.position(foot).y).collect();
             heights.sort_unstable_by(f32::total_cmp);
             let stands = |pose: &&Pose| pose.position(foot).y <= heights[heights.len() * 2 / 5];
-            // How far the left edge of the foot is above the right one.
+            // The height of the left edge of the foot above the right edge.
             let roll = |pose: &Pose| {
                 let [here, there] = [pose, &rest].map(|pose| Quat::from_mat4(&pose.node_to_world[foot.index()]));
                 (here * there.inverse() * Vec3::X).y.asin().to_degrees()
@@ -734,12 +737,12 @@ fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
     }
 }
 
-/// Nobody carries the head at a right angle to the chest all the time, whatever the bones of the rest pose say.
+/// Nobody holds the head at a right angle to the chest all the time, whatever the bones of the rest pose show.
 #[test]
 fn heads_are_upright_on_the_average() {
     let target = character("human_vrm1");
     let (rest, joint) = (Pose::rest(&target), joints(&target));
-    // A few frames may show anything, and so may trackers that nobody wears: all of this file is one odd pose.
+    // A few frames are no evidence. Trackers that nobody wears are no evidence either: the file has a single odd pose.
     let is_worn = |(file, source): &&(String, Scene)| {
         source.animations[0].frame_count() >= 8 && file != "real/slimevr_headset_root.bvh"
     };
@@ -764,8 +767,8 @@ fn heads_are_upright_on_the_average() {
     }
 }
 
-/// Collar bones hang from a chest all alike. A rest pose that had to be computed says nothing about how their joints
-/// are turned; the motion does.
+/// All skeletons have similar collar bones. A computed rest pose does not show the rotation of their joints, but the
+/// motion does.
 #[test]
 fn shoulders_are_on_the_average_as_at_rest() {
     let target = character("human_default");

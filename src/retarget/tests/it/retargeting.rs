@@ -1,4 +1,4 @@
-//! `Retargeter`: the recipe, its order, and that it is the one of every door.
+//! `Retargeter`: its steps and their order, which every interface shares.
 
 use mocap::convert::Moment;
 use mocap::gltf::Character;
@@ -56,7 +56,7 @@ fn clips_have_names_that_no_other_clip_of_the_output_has() {
     }
     let file = retargeting.character_file().unwrap().unwrap().into_bytes().unwrap();
 
-    // Those of the character count too, unless they go.
+    // The clips of the character also count, unless they are dropped.
     let moving = Importer::new().read_character(
         mocap::MemoryFile {
             name: "moving.gltf",
@@ -106,7 +106,7 @@ fn the_provenance_says_where_a_motion_is_from_and_onto_what_it_went() {
     };
     assert_eq!(onto.source.as_ref().unwrap().name, "human_vrm1.gltf");
     assert!(lock_feet);
-    // A scene that is written tells the same.
+    // A written scene has the same record.
     let scene = retargeting.scene();
     assert_eq!(scene.metadata.origin.unwrap().name, "cmu_short.bvh");
     assert_eq!(scene.metadata.steps.len(), provenance.steps.len());
@@ -142,7 +142,7 @@ fn what_cannot_be_moved_is_an_error_and_changes_nothing() {
     assert_eq!(retargeting.sources().count(), 1);
 }
 
-/// The angles of the limbs are those of which the report has the mean.
+/// The mean of the limbs' angles equals the mean in the report.
 #[test]
 fn the_angles_of_the_limbs_are_those_of_the_report() {
     let options = RetargetOptions::new().lock_feet(false);
@@ -159,7 +159,7 @@ fn the_angles_of_the_limbs_are_those_of_the_report() {
     assert_eq!(retargeting.limb_angles(1), None);
 }
 
-/// A robot has a limb between links, and its angles come from there.
+/// A limb of a robot is between links, and these links give its angles.
 #[test]
 fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
@@ -181,7 +181,7 @@ fn the_angles_of_the_limbs_of_a_robot_are_those_of_its_report() {
     }
 }
 
-/// Rest poses that do not stand: where their bones are in a T-pose, the motion alone says.
+/// Rest poses in which the figure does not stand. Only the motion shows the T-pose of their bones.
 #[test]
 fn a_part_of_a_motion_on_a_character_is_that_part_of_the_whole() {
     for file in [

@@ -1,4 +1,5 @@
-//! Rigs whose joints of the skin hang elsewhere than the joints that they follow, judged by the skin alone.
+//! Rigs in which joints of the skin follow other joints than their parents. Only the skin shows whether the result is
+//! right.
 
 use glam::{Mat4, Vec3};
 use mocap::figure::HumanoidMap;
@@ -76,7 +77,7 @@ impl Glb {
             )
     }
 
-    /// Hangs a node elsewhere, where it stays in the world.
+    /// Gives a node another parent. The node keeps its position in the world.
     fn hang(&mut self, name: &str, parent: &str) {
         let (node, parent) = (self.find(name), self.find(parent));
         let local = self.world(parent).inverse() * self.world(node);
@@ -96,8 +97,8 @@ impl Glb {
         }
     }
 
-    /// Adds a joint without a skin where another stands, between that and its parent; the children of the other go to
-    /// it.
+    /// Adds a joint without a skin at the position of another joint, as its parent. The children of the other joint
+    /// become children of the new joint.
     fn add_control(&mut self, name: &str) {
         let node = self.find(name);
         let (parent, control) = (self.parent(node).unwrap(), self.nodes().len());
@@ -110,7 +111,7 @@ impl Glb {
     }
 }
 
-/// By how much the edge that is stretched most is longer than at rest, as a fraction of the height of the skin.
+/// The increase in length of the most stretched edge over its length at rest, as a fraction of the skin's height.
 fn stretch(scene: &Scene, animation: &Animation) -> f32 {
     let rest = Pose::rest(scene);
     let meshes: Vec<_> = scene.meshes.iter().filter(|mesh| !mesh.name.is_empty()).collect();
@@ -134,8 +135,8 @@ fn stretch(scene: &Scene, animation: &Animation) -> f32 {
     worst
 }
 
-/// A walk on a character: the stretch of its skin, by the poses of a clip and by poses that a game asks for one by one,
-/// and the report.
+/// A walk on a character. Returns the stretch of its skin and the report. The poses come from a clip, and from single
+/// calls as in a game.
 fn walk(target: &Scene) -> (f32, RetargetReport) {
     let source = motion("real/cmu_12_01_walk.bvh");
     let mut retargeter = PoseRetargeter::new(&source, target, &PoseRetargetOptions::default()).unwrap();
@@ -188,7 +189,7 @@ fn feet_that_hang_from_the_root_follow_the_shins() {
         rig.hang(foot, "Root");
     }
     check(&rig.scene(), &[("foot_l", "calf_l"), ("foot_r", "calf_r")]);
-    // Toes on their own too, which touch the feet alone.
+    // Toes are separate too, and share vertices only with the feet.
     for toes in ["ball_l", "ball_r"] {
         rig.hang(toes, "Root");
     }
@@ -233,7 +234,7 @@ fn a_spine_beside_the_controls_follows_them() {
 #[test]
 fn a_joint_that_stays_behind_is_not_good() {
     let mut rig = Glb::read("human_game_engine.glb");
-    // Nothing shows that a hand follows anything but its parent: it keeps its weights and stands still.
+    // Nothing shows that a hand follows another joint than its parent, so it keeps its weights and does not move.
     let source = motion("real/cmu_12_01_walk.bvh");
     rig.hang("hand_l", "Root");
     let target = rig.scene();
@@ -306,7 +307,7 @@ fn an_uneven_scale_is_named_as_the_cause() {
     }
 }
 
-/// A figure of 5 m is as good as one of 1.6 m.
+/// A figure of 5 m gets the same verdict as a figure of 1.6 m.
 #[test]
 fn feet_below_the_floor_are_judged_by_the_size_of_the_figure() {
     let small = Importer::new()
@@ -330,7 +331,8 @@ fn feet_below_the_floor_are_judged_by_the_size_of_the_figure() {
     assert_eq!(small.verdict, large.verdict);
 }
 
-/// Legs that are lifted out of the floor point elsewhere: that is no reason to leave feet in it, where both are poor.
+/// Legs that are lifted out of the floor have other directions. This is no reason to leave the feet in the floor if
+/// both verdicts are poor.
 #[test]
 fn locked_feet_are_better_than_feet_in_the_floor() {
     let options = RetargetOptions::new().lock_feet(false);

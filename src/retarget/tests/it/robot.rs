@@ -1,4 +1,4 @@
-//! The parts that put a motion on a robot.
+//! Tests of the parts of retargeting to robots.
 
 mod balance;
 mod band;

@@ -1,4 +1,4 @@
-//! Inverse dynamics of motions on robots; `tools/robot/dynamics.py` judges the numbers by MuJoCo.
+//! Inverse dynamics of motions on robots; `tools/robot/dynamics.py` compares the numbers with MuJoCo.
 
 use mocap::Importer;
 use mocap::retarget::robot::report::{Feasibility, Floor};
@@ -17,7 +17,7 @@ fn feasibility(change: impl FnOnce(&mut mocap::retarget::robot::Robot)) -> Optio
 #[test]
 fn the_report_has_what_the_masses_of_the_file_say() {
     let found = feasibility(|_| {}).unwrap();
-    // The sum of `mass value=` in the file, by grep.
+    // The sum of `mass value=` in the file, found with grep.
     let text = std::fs::read_to_string("../../fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
     let masses = text.split("<mass value=\"").skip(1);
     let mass: f64 = masses
@@ -40,8 +40,8 @@ fn a_robot_without_masses_or_efforts_has_no_such_figures() {
     assert_eq!((found.fraction_over_effort, found.max_effort), (None, 0.0));
 }
 
-/// Over the feet of a person the H1 would fall: 88 % of the frames of this walk were feasible with the base where the
-/// source has it.
+/// If the base of the H1 were above the feet like the base of a person, the H1 would fall. With the source's base, 88 %
+/// of the frames of this walk were feasible.
 #[test]
 fn the_base_goes_to_where_the_floor_carries_the_robot() {
     let robot = Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap();
@@ -60,15 +60,15 @@ fn the_base_goes_to_where_the_floor_carries_the_robot() {
     );
 }
 
-/// The source's floor is the mean height at which its feet stand. If that is 10 cm above the file's height 0, the robot
-/// is 10 cm higher by that height, times the scale of the legs.
+/// The source's floor is the mean height of its feet in stance. If the floor is 10 cm above height 0 of the file, the
+/// robot is higher by 10 cm times the scale of the legs.
 #[test]
 fn the_floor_is_where_the_options_have_it() {
     let robot = Importer::new()
         .import_robot("../../fixtures/robots/g1_29dof_rev_1_0.urdf")
         .unwrap();
     let text = std::fs::read_to_string("../../fixtures/real/cmu_short.bvh").unwrap();
-    // A unit of CMU's files is an inch / 0.45; the second number of a frame is the height of the hips.
+    // A unit of CMU's files is an inch / 0.45. The second number of a frame is the height of the hips.
     let (head, frames) = text.split_once("Frame Time: .0083333\n").unwrap();
     let higher = |line: &str| {
         let numbers: Vec<f64> = line.split_whitespace().map(|number| number.parse().unwrap()).collect();

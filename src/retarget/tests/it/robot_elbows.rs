@@ -1,10 +1,11 @@
-//! Elbows and knees of several hinges: which link is the upper arm is a question of axes.
+//! Elbows and knees with several hinges. The axes determine which link is the upper arm.
 
 use mocap::Importer;
 use mocap::retarget::robot::{Robot, robot_bones};
 use mocap::scene::HumanoidBone as Bone;
 
-/// A robot with its arms sideways, whose elbow is these bodies, each a link further out, with the axes of their hinges.
+/// A robot with its arms sideways. Its elbow has these bodies, each one link further out, with the axes of their
+/// hinges.
 fn robot(elbow: &[(&str, &[&str])], knee: &[&str]) -> Robot {
     let hinges = |name: &str, axes: &[&str]| -> String {
         let hinge = |(index, axis): (usize, &&str)| format!("<joint name=\"{name}_{index}\" axis=\"{axis}\"/>");
@@ -51,15 +52,15 @@ fn an_upper_arm_ends_where_a_hinge_bends_the_arm() {
     for (elbow, upper, lower) in [
         // One hinge.
         (vec![("elbow", vec![bend])], "shoulder", "elbow"),
-        // Three hinges of one joint, as the bodies of SMPL have them.
+        // Three hinges of one joint, as in the bodies of SMPL.
         (vec![("elbow", vec!["1 0 0", roll, bend])], "shoulder", "elbow"),
-        // The first rolls the upper arm, as on Booster's T1.
+        // The first hinge rolls the upper arm, as on Booster's T1.
         (
             vec![("elbow_pitch", vec![roll]), ("elbow_yaw", vec![bend])],
             "elbow_pitch",
             "elbow_yaw",
         ),
-        // The last rolls the forearm.
+        // The last hinge rolls the forearm.
         (
             vec![("elbow_pitch", vec![bend]), ("elbow_yaw", vec![roll])],
             "shoulder",

@@ -1,27 +1,31 @@
-//! Robots of many kinds, each built here: feet without a joint, feet that are tilted, inertia that says nothing,
-//! fingers, upper bodies.
+//! Robots of many kinds, each built here: feet without a joint, tilted feet, meaningless inertia, fingers, upper
+//! bodies.
 
 use std::fmt::Write;
 
-use mocap::glam::{DVec3, Quat, Vec3};
+use mocap::glam::{DQuat, DVec3, Quat, Vec3};
+use mocap::retarget::report::Verdict;
 use mocap::retarget::robot::report::RobotReport;
-use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_bones, robot_scene};
+use mocap::retarget::robot::{
+    Robot, RobotMotion, RobotOptions, RobotRetargeter, RobotShape, ShapeKind, robot_bones, robot_scene,
+};
 use mocap::scene::HumanoidBone as Bone;
 use mocap::{Binding, Importer, Pose};
 
+use crate::robot_to_robot;
 use crate::robot_walk::{on, points, walk};
 
-/// What a built robot has.
+/// The parts of a built robot.
 #[derive(Clone, Copy)]
 struct Kind {
     legs: bool,
     ankles: bool,
-    /// How far feet are tilted with all joints at 0, toes down, in radians; knees and hips are bent there by as much.
+    /// The tilt of feet with all joints at 0, toes down, in radians. At 0, knees and hips are bent by the same angle.
     tilt: f64,
-    /// The shapes of feet, and of forearms.
+    /// Whether feet and forearms have shapes.
     soles: bool,
     forearms: bool,
-    /// The inertia of feet, where it is stated.
+    /// The inertia of feet, if the file states it.
     inertia: Option<f64>,
     fingers: bool,
 }
@@ -50,7 +54,7 @@ impl Urdf {
         let [x, y, z] = at;
         let kind = if axis.is_some() { "revolute" } else { "fixed" };
         let axis = axis.map_or_else(String::new, |axis| {
-            // Elbows and knees bend one way.
+            // Elbows and knees bend in one direction.
             let lower = if name.contains("elbow") || name.contains("knee") {
                 -0.1
             } else {
@@ -70,7 +74,7 @@ fn shape(at: &str, geometry: &str) -> String {
     format!("<collision><origin xyz=\"{at}\"/><geometry>{geometry}</geometry></collision>")
 }
 
-/// A robot of this kind: legs of 0.8 m, arms of 0.5 m, of which forearms have no hand.
+/// A robot of this kind with legs of 0.8 m and arms of 0.5 m, whose forearms have no hand.
 fn robot(kind: Kind) -> Robot {
     let mut urdf = Urdf::default();
     urdf.link("pelvis", &shape("0 0 0", "<box size=\"0.1 0.2 0.1\"/>"));
@@ -110,7 +114,7 @@ fn leg(urdf: &mut Urdf, kind: Kind, side: &str, sign: f64) {
         Some(z),
     );
     urdf.joint(&joint("hip_roll"), [&yaw, &roll], [0.0; 3], 0.0, Some(x));
-    // The thigh forward, the shin back, and both as much as the foot is tilted.
+    // The thigh is tilted forward and the shin back, both by the tilt of the foot.
     urdf.joint(&joint("hip_pitch"), [&roll, &thigh], [0.0; 3], -kind.tilt, Some(y));
     urdf.joint(
         &joint("knee"),
@@ -170,7 +174,7 @@ fn arm(urdf: &mut Urdf, kind: Kind, side: &str, sign: f64) {
     }
 }
 
-/// The corners of the sole in the frame of the foot.
+/// The corners of the sole, in the axes of the foot.
 fn sole() -> Vec<Vec3> {
     let ends = [(-0.06, 0.04), (-0.06, -0.04), (0.14, 0.04), (0.14, -0.04)];
     ends.map(|(x, y)| Vec3::new(x, y, -0.06)).to_vec()
@@ -190,7 +194,7 @@ fn keeps_above_the_floor(robot: &Robot, motion: &RobotMotion) {
             .map(|point| point.z)
             .fold(f32::INFINITY, f32::min);
         assert!(lowest > -0.01, "{side} {lowest}");
-        // The robot does not float: in a fourth of the frames the foot is within 2 cm of the floor.
+        // The robot does not float: in a quarter of the frames, the foot is within 2 cm of the floor.
         let least = heights
             .iter()
             .map(|frame| frame.iter().map(|point| point.z).fold(f32::INFINITY, f32::min));
@@ -249,7 +253,8 @@ fn tilted_feet_stand_on_their_whole_sole() {
     let (motion, report) = on(&built, &walk());
     keeps_above_the_floor(&built, &motion);
     assert!(report.mean_degrees < 5.0, "{}", report.mean_degrees);
-    // As flat as the feet of the robot without a tilt: the difference of the corners in the frames that stand.
+    // The feet are as flat as the feet of the robot without a tilt. The test compares the heights of the corners in
+    // stance.
     let tilts = |robot: &Robot, motion: &RobotMotion| {
         let frames = points(robot, motion, "left_foot", &sole())
             .into_iter()
@@ -361,8 +366,8 @@ fn an_upper_body_moves_its_arms_wherever_its_source_faces() {
     assert!(apart < 0.02, "{apart}");
 }
 
-/// Arms that go through the trunk, as a solver without collisions has them: points of the forearm are within the box of
-/// the torso.
+/// Arms that go through the trunk, as from a solver without collisions: points of the forearm are within the box of the
+/// torso.
 #[test]
 fn arms_within_the_trunk_are_not_good() {
     let mut source = walk();
@@ -372,7 +377,7 @@ fn arms_within_the_trunk_are_not_good() {
         ("LeftForeArm", 0.0),
         ("RightForeArm", 0.0),
     ] {
-        // In the rest pose arms point aside: down, and across the body.
+        // In the rest pose, the arms point sideways. The test moves them down and across the body.
         let channels = &mut source.animations[0].channels;
         let channel = channels.iter_mut().find(|channel| channel.node_name == joint).unwrap();
         channel.rotation_keys.values.fill(Quat::from_rotation_z(turn));
@@ -401,12 +406,13 @@ fn arms_within_the_trunk_are_not_good() {
     let seen = criterion(&report, "fraction_in_self_collision").unwrap();
     assert!(share > 0.5, "the arm is not in the trunk: {share}");
     assert!(
-        seen >= share - 0.05 && report.verdict == mocap::retarget::report::Verdict::Poor,
+        seen >= share - 0.05 && report.verdict == Verdict::Poor,
         "{seen} {share}"
     );
 }
 
-/// By hand: a ball of 0.1 m and 1,000 kg/m3, and a rod of 2 kg that is a cylinder of 0.05 m and 0.4 m, 0.3 m above it.
+/// By hand: a ball of 0.1 m and 1,000 kg/m3, and a rod of 2 kg. The rod is a cylinder of 0.05 m and 0.4 m, 0.3 m above
+/// the ball.
 #[test]
 fn geoms_have_the_mass_of_a_body() {
     let text = r#"<mujoco><worldbody><body name="b"><freejoint/><geom size="0.1"/>
@@ -437,4 +443,76 @@ fn geoms_have_the_mass_of_a_body() {
             .inertial
             .is_none()
     );
+}
+
+/// A robot that stands straight is pushed along the floor. The frames with a foot in the air and a sole that is near
+/// the floor and fast are counted by hand.
+#[test]
+fn a_sole_that_moves_along_the_floor_scrapes() {
+    let (built, source) = (robot(PLAIN), walk());
+    let mut retargeter = RobotRetargeter::new(&source, &built, &RobotOptions::default()).unwrap();
+    let (own, _) = retargeter.clip(&source, 0).unwrap();
+    let swings = |frame: usize| {
+        let feet = std::iter::zip(own.contacts[frame], own.contacts[frame + 1]);
+        feet.filter(|(before, after)| !before && !after).count()
+    };
+    let last = own.frames() - 1;
+    let all: usize = (0..last).map(swings).sum();
+    let pushed = 0..last / 3;
+    let in_part: usize = pushed.clone().map(swings).sum();
+    assert!(in_part > 0 && in_part < all, "{in_part} {all}");
+    let part = in_part as f64 / all as f64;
+    for (speed, height, wanted) in [(0.4, 0.0, part), (0.2, 0.0, 0.0), (0.4, 0.006, 0.0), (0.4, 0.004, part)] {
+        let mut motion = own.clone();
+        motion.dof_pos.fill(0.0);
+        for (frame, root) in motion.root.iter_mut().enumerate() {
+            root.rotation = DQuat::IDENTITY;
+            // The soles are 0.86 m below the pelvis.
+            let along = speed * frame.min(pushed.end) as f64 / motion.fps;
+            root.translation = DVec3::new(along, 0.0, 0.86 + height);
+        }
+        let report = retargeter.judge(&source, 0, &motion).unwrap();
+        let found = report.fraction_scraping.unwrap();
+        assert!((found - wanted).abs() < 1e-12, "{speed} {height}: {found} {wanted}");
+        assert_eq!(criterion(&report, "fraction_scraping"), report.fraction_scraping);
+    }
+}
+
+/// G1's URDF has 24 links with collision meshes, whose files are not here. H1's URDF has its collision shapes.
+#[test]
+fn meshes_that_are_not_read_are_guessed_parts() {
+    let on_file = |name: &str, change: &dyn Fn(&mut Robot)| {
+        let mut robot = robot_to_robot::robot(name);
+        change(&mut robot);
+        on(&robot, &walk()).1
+    };
+    // The first links get meshes of 4 cm.
+    let with_meshes = |robot: &mut Robot, count: usize| {
+        let is_unread = |shape: &RobotShape| shape.collides && matches!(shape.kind, ShapeKind::Mesh { .. });
+        let links = robot.links.iter_mut().filter(|link| link.shapes.iter().any(is_unread));
+        for shape in links.take(count).flat_map(|link| &mut link.shapes) {
+            if let ShapeKind::Mesh { bounds, .. } = &mut shape.kind {
+                *bounds = Some([DVec3::splat(-0.02), DVec3::splat(0.02)]);
+            }
+        }
+    };
+    let report = on_file("g1_29dof_rev_1_0.urdf", &|_| {});
+    assert_eq!(
+        report.guessed,
+        ["the shapes of 24 links, whose mesh files could not be read"]
+    );
+    assert_eq!(criterion(&report, "guessed_parts"), Some(1.0));
+    assert_ne!(report.verdict, Verdict::Good);
+    let report = on_file("g1_29dof_rev_1_0.urdf", &|robot| with_meshes(robot, 23));
+    let [guess] = report.guessed.as_slice() else {
+        panic!("{:?}", report.guessed);
+    };
+    assert!(
+        guess.starts_with("the shape of ") && guess.ends_with(", whose mesh file could not be read"),
+        "{guess}"
+    );
+    let report = on_file("g1_29dof_rev_1_0.urdf", &|robot| with_meshes(robot, 24));
+    assert!(report.guessed.is_empty(), "{:?}", report.guessed);
+    let report = on_file("h1.urdf", &|_| {});
+    assert!(report.guessed.is_empty(), "{:?}", report.guessed);
 }

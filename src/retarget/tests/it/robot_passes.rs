@@ -4,7 +4,7 @@ use mocap::Importer;
 use mocap::retarget::robot::report::RobotReport;
 use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter};
 
-/// A walk on a robot, at 30 frames a second, for 4 s: longer would be slow, and this is more than a window.
+/// A walk on a robot at 30 frames per second, for 4 s. This is longer than a window, and a longer walk would be slow.
 fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, RobotReport) {
     let robot = Importer::new()
         .import_robot(format!("../../fixtures/robots/{name}"))
@@ -17,7 +17,7 @@ fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, RobotReport)
     (robot, motion, report)
 }
 
-/// The changes of velocity of all joints in all frames, squared.
+/// The sum of the squared changes of velocity, over all joints and frames.
 fn roughness(motion: &RobotMotion) -> f64 {
     let frames: Vec<&[f64]> = (0..motion.frames()).map(|frame| motion.dof_of(frame)).collect();
     let changes = frames.windows(3).flat_map(|three| {
@@ -55,7 +55,7 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
             .value
     };
     assert_eq!(value("fraction_of_jumps"), 0.0);
-    // A base that jitters needs forces that no floor gives.
+    // A jittering base needs forces that no floor can exert.
     let [before, after] = [&first, &second].map(|report| report.dynamics.as_ref().unwrap());
     assert!(
         after.fraction_feasible > 0.9 && after.residual_force < 0.5 * before.residual_force,
@@ -73,8 +73,8 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
     }
 }
 
-/// The fraction of frames with a jump, by the rule of `tools/robot/measure.py` at 30 frames a second. A joint moves by
-/// more than 0.5 rad, while no joint of the file's arms, legs or trunk turns by half of that.
+/// The fraction of frames with a jump, by the rule of `tools/robot/measure.py` at 30 frames per second. In a jump, a
+/// joint moves by more than 0.5 rad, while no joint of the file's arms, legs or trunk rotates by half of that.
 fn jumps_by_the_file(source: &mocap::Scene, motion: &RobotMotion) -> f64 {
     let turned = |names: &[&str], frame: usize| -> f64 {
         let channels = source.animations[0].channels.iter();
@@ -113,7 +113,7 @@ fn the_verdict_sees_every_jump_that_the_file_does_not_explain() {
         .import_robot("../../fixtures/robots/g1_29dof_rev_1_0.urdf")
         .unwrap();
     let mut source = mocap::import("../../fixtures/real/z_up_dab.bvh").unwrap();
-    // Where the right arm swings up.
+    // The right arm swings up in this part.
     source.trim(118.0, 136.0);
     mocap::Conversion::new().apply(&mut source).unwrap();
     let of_passes = |passes: u8| {
@@ -128,7 +128,8 @@ fn the_verdict_sees_every_jump_that_the_file_does_not_explain() {
     assert!(seen >= jumps - 1e-9, "{seen} {jumps}");
 }
 
-/// Arms in the thighs: without terms that stay from round to round, 12 % of these frames had links in each other.
+/// The arms go into the thighs. Without terms that are kept from round to round, links collided in 12 % of these
+/// frames.
 #[test]
 fn links_that_are_pushed_apart_stay_apart() {
     let robot = Importer::new()

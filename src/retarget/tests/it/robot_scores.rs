@@ -1,4 +1,4 @@
-//! The scores of a motion, restated with plain kinematics.
+//! The scores of a motion, computed again with plain kinematics.
 
 use mocap::glam::{DMat4, DQuat, DVec3};
 use mocap::retarget::robot::report::Floor;
@@ -10,7 +10,7 @@ use mocap_figure::robot_bones::t_pose::RobotTPose;
 use crate::robot_to_robot::{robot, source};
 use crate::robot_walk::{on, walk};
 
-/// Where every link is in a frame.
+/// The placement of every link in a frame.
 pub(crate) fn links(robot: &Robot, motion: &RobotMotion, frame: usize) -> Vec<DMat4> {
     let root = motion.root[frame];
     let mut positions = robot.moving_joints().into_iter().zip(motion.dof_of(frame));
@@ -48,7 +48,7 @@ fn near(name: &str, score: f64, restated: f64) {
     assert!((score - restated).abs() < 1e-6, "{name}: {score}, restated {restated}");
 }
 
-/// A walk of the G1, and another motion of it that lags, sways, sinks and leaves its limits.
+/// A walk of the G1, and a second motion of the G1 that lags, sways, sinks and exceeds its limits.
 #[test]
 fn scores_are_what_their_definitions_say() {
     let g1 = robot("g1_29dof_rev_1_0.urdf");
@@ -61,7 +61,7 @@ fn scores_are_what_their_definitions_say() {
         for (joint, position) in is.dof_pos[frame * joints..][..joints].iter_mut().enumerate() {
             *position += 0.05 * (2.0 * time + joint as f64).sin();
         }
-        // The knee bends backwards for a while.
+        // The knee bends backward for some frames.
         is.dof_pos[frame * joints + 3] -= if frame % 20 < 5 { 0.8 } else { 0.0 };
     }
     let reference = source(&g1, &was);
@@ -129,7 +129,7 @@ fn scores_are_what_their_definitions_say() {
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     near("fastest", scores.foot_skating_velocity.unwrap(), fastest);
     near("contacts", scores.contact_preservation.unwrap(), mean(kept));
-    // No other link is near the floor in a walk.
+    // In a walk, no other link is near the floor.
     let depths: Vec<f64> = (0..frames)
         .map(|frame| -lowest(frame, 0).min(lowest(frame, 1)))
         .collect();
@@ -171,7 +171,7 @@ fn scores_are_what_their_definitions_say() {
     near("criterion", criterion.unwrap().value, share(1e-4));
     assert!(scores.limit_violation > 0.001);
 
-    // What is compared is what both have.
+    // Only the common frames are compared.
     let mut short = is.clone();
     short.fps *= 2.0;
     assert!(retargeter.judge(&reference, 0, &short).is_err());

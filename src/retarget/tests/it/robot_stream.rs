@@ -1,4 +1,4 @@
-//! Motions on robots while they come.
+//! Motions on robots, frame by frame as they arrive.
 
 use mocap::retarget::robot::report::RobotReport;
 use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter};
@@ -6,7 +6,7 @@ use mocap::{Binding, Importer, Pose};
 
 const RATE: f64 = 30.0;
 
-/// A walk at 30 frames a second, for 4 s.
+/// A walk at 30 frames per second, for 4 s.
 fn walk() -> mocap::Scene {
     let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
@@ -20,7 +20,7 @@ fn robot(name: &str) -> Robot {
         .unwrap()
 }
 
-/// The frames that a stream gives, with how many came together at its end, and its report.
+/// The frames that a stream returns, the number of frames that it returns at once at its end, and its report.
 fn streamed(source: &mocap::Scene, robot: &Robot, options: &RobotOptions) -> (RobotMotion, usize, RobotReport) {
     let retargeter = RobotRetargeter::new(source, robot, options).unwrap();
     let mut stream = retargeter.stream(source, RATE).unwrap();
@@ -87,7 +87,7 @@ fn the_report_of_a_stream_is_of_the_frames_that_it_gave() {
         (report.mean_degrees - of_clip.mean_degrees).abs() < 0.5,
         "{report:?} {of_clip:?}"
     );
-    // A stream has the rotations of the source from matrices.
+    // A stream computes the rotations of the source from matrices.
     let source_skate = [&report, &of_clip].map(|report| report.source_skate.unwrap());
     assert!((source_skate[0] - source_skate[1]).abs() < 1e-5, "{source_skate:?}");
     assert_eq!(report.guessed, of_clip.guessed);

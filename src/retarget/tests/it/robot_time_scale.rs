@@ -19,7 +19,7 @@ fn scaled(source: &Scene, robot: &Robot, scale: TimeScale) -> (RobotMotion, Robo
     retargeter.clip(source, 0).unwrap()
 }
 
-/// The robot with other limits of its velocities and efforts.
+/// The robot with other velocity and effort limits.
 fn limited(mut robot: Robot, velocity: impl Fn(f64) -> f64, effort: impl Fn(f64) -> Option<f64>) -> Robot {
     for link in robot.moving_joints() {
         let limits = &mut robot.links[link].joint.limits;
@@ -46,7 +46,7 @@ fn fastest(robot: &Robot, motion: &RobotMotion) -> (f64, String) {
     found
 }
 
-/// A smooth curve is at most an eighth of the second difference away from its chord.
+/// A smooth curve deviates from its chord by at most an eighth of the second difference.
 fn most_from_chord(from: usize, last: usize, at: impl Fn(usize) -> DVec3) -> f64 {
     let bend = |frame: usize| match (1..last).contains(&frame) {
         true => (at(frame + 1) - 2.0 * at(frame) + at(frame - 1)).length(),
@@ -55,7 +55,7 @@ fn most_from_chord(from: usize, last: usize, at: impl Fn(usize) -> DVec3) -> f64
     bend(from).max(bend(from + 1)) / 8.0 + 1e-4
 }
 
-/// The joints, the base and the feet in contact are where the other motion has them at `speed` times its speed.
+/// The joints, the base and the feet in contact have the positions of the other motion at `speed` times its speed.
 fn assert_same_path(slow: &RobotMotion, fast: &RobotMotion, speed: f64) {
     let last = fast.frames() - 1;
     assert_eq!(slow.frames(), (last as f64 / speed + 1e-6) as usize + 1);
@@ -107,7 +107,7 @@ fn a_slow_robot_keeps_the_path_of_its_joints() {
     let text = report.to_string();
     let line = format!("slowed to {:.3} of its speed because of {joint}", report.time_scale);
     assert!(text.contains(&line), "{text}");
-    // Poses are as near to the source as with quick joints. Without a slower motion they are not.
+    // The poses are as near to the source as with fast joints. Without slowing the motion down they are not.
     assert!((report.mean_degrees - at_full_speed.mean_degrees).abs() < 0.05);
     let (_, clipped) = scaled(&walk, &slow, TimeScale::default());
     assert!(
@@ -127,7 +127,7 @@ fn a_quick_robot_keeps_the_speed() {
     assert_eq!(report, other);
 }
 
-/// A factor sets the speed of every robot. Joints use the time that they then have.
+/// A factor sets the speed of every robot. Joints use the additional time.
 #[test]
 fn a_factor_sets_the_speed() {
     let (walk, h1) = (walk(), robot("h1.urdf"));
@@ -135,7 +135,7 @@ fn a_factor_sets_the_speed() {
     let (slow, report) = scaled(&walk, &limited(h1.clone(), |_| 1e4, |_| None), TimeScale::Factor(0.8));
     assert_same_path(&slow, &fast, 0.8);
     assert_eq!((report.time_scale, report.slowed_by), (0.8, None));
-    // At full speed a joint would be 1.5 times too fast.
+    // At full speed, a joint would be 1.5 times too fast.
     let part = fastest(&h1, &fast).0 / 1.5;
     let tight = limited(h1, |velocity| part * velocity, |_| None);
     let (half, report) = scaled(&walk, &tight, TimeScale::Factor(0.5));
@@ -151,16 +151,82 @@ fn a_factor_sets_the_speed() {
     assert_eq!(error.unwrap_err().diagnostic().code, Code::LimitExceeded);
 }
 
-/// Limits that only a motion a hundred times slower keeps: the report says so.
+/// No joint of a slower motion is too fast. A motion that would have to be far slower is refused with its speed.
 #[test]
 fn the_speed_has_a_lower_bound() {
-    let snail = limited(robot("h1.urdf"), |_| 0.02, |_| None);
-    let (_, report) = scaled(&walk(), &snail, TimeScale::Auto);
-    assert_eq!(report.time_scale, 0.1);
-    assert!(report.fraction_too_fast > 0.0);
+    let walk = walk();
+    let quick = limited(robot("h1.urdf"), |_| 1e4, |_| None);
+    let (fast, _) = scaled(&walk, &quick, TimeScale::default());
+    let of_all = |velocity: f64| limited(robot("h1.urdf"), |_| velocity, |_| None);
+    let (most, joint) = fastest(&of_all(1.0), &fast);
+    let (_, report) = scaled(&walk, &of_all(0.07 * most), TimeScale::Auto);
+    assert!((report.time_scale - 0.07).abs() < 1e-4, "{}", report.time_scale);
+    assert_eq!(report.fraction_too_fast, 0.0);
+    let options = RobotOptions::new().time_scale(TimeScale::Auto);
+    let mut snail = RobotRetargeter::new(&walk, &of_all(0.0123456 * most), &options).unwrap();
+    let error = snail.clip(&walk, 0).unwrap_err();
+    assert_eq!(error.diagnostic().code, Code::LimitExceeded);
+    let said = error.to_string();
+    assert!(
+        said.contains(&format!("{joint} needs ")) && said.contains(" 0.0123, "),
+        "{said}"
+    );
 }
 
-/// A robot without limits has nothing to slow down to.
+/// A wrist that is too slow lags behind. All other joints keep their speed and their path.
+#[test]
+fn a_slow_wrist_does_not_slow_the_walk() {
+    let walk = walk();
+    let quick = limited(robot("g1_29dof_rev_1_0.urdf"), |_| 1e4, |_| None);
+    let (fast, _) = scaled(&walk, &quick, TimeScale::Auto);
+    let wrist = fast
+        .dof_names
+        .iter()
+        .position(|name| name == "left_wrist_yaw_joint")
+        .unwrap();
+    let steps = (1..fast.frames()).map(|frame| (fast.dof_of(frame)[wrist] - fast.dof_of(frame - 1)[wrist]).abs());
+    let most = steps.fold(0.0, f64::max) * fast.fps;
+    let mut slow = quick.clone();
+    let link = slow.moving_joints()[wrist];
+    slow.links[link].joint.limits.velocity = Some(0.3 * most);
+    let (motion, report) = scaled(&walk, &slow, TimeScale::Auto);
+    assert_eq!((report.time_scale, report.slowed_by.as_ref()), (1.0, None));
+    assert_eq!(
+        (report.lagging.as_slice(), report.fraction_too_fast),
+        (&[fast.dof_names[wrist].clone()][..], 0.0)
+    );
+    let (after, _) = fastest(&slow, &motion);
+    assert!((0.9..=1.0 + 1e-9).contains(&after), "{after}");
+    for frame in 0..fast.frames() {
+        for (joint, (here, there)) in std::iter::zip(motion.dof_of(frame), fast.dof_of(frame)).enumerate() {
+            assert!(
+                joint == wrist || (here - there).abs() < 1e-9,
+                "{frame}: {}",
+                fast.dof_names[joint]
+            );
+        }
+    }
+    assert!(report.to_string().contains("lagging: left_wrist_yaw_joint"), "{report}");
+}
+
+/// A motion needs two frames.
+#[test]
+fn a_factor_leaves_more_than_one_frame() {
+    let (walk, robot) = (walk(), robot("h1.urdf"));
+    let last = walk.animations[0].frame_count() - 1;
+    let with = |factor: usize| {
+        let options = RobotOptions::new().time_scale(TimeScale::Factor(factor as f64));
+        RobotRetargeter::new(&walk, &robot, &options).unwrap().clip(&walk, 0)
+    };
+    assert_eq!(with(last).unwrap().0.frames(), 2);
+    let error = with(last + 1).unwrap_err();
+    assert_eq!(error.diagnostic().code, Code::InvalidValue);
+    let said = error.to_string();
+    assert!(said.contains(&format!("leaves one of {} frames", last + 1)), "{said}");
+    assert!(said.contains(&format!("a factor of at most {last}")), "{said}");
+}
+
+/// Without limits, no motion on a robot needs to be slower.
 #[test]
 fn auto_needs_limits() {
     let mut free = robot("h1.urdf");
@@ -176,7 +242,7 @@ fn auto_needs_limits() {
     );
 }
 
-/// Arms that are too weak only for a fast walk slow the motion down. Arms that are too weak to hang do not.
+/// Arms that are too weak only for a fast walk slow the motion down. Arms that are too weak even to hang do not.
 #[test]
 fn efforts_slow_a_motion_down_if_that_helps() {
     let mut walk = walk();

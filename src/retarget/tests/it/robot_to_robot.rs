@@ -1,4 +1,4 @@
-//! The motion of a robot on itself, and on another robot and back.
+//! The motion of a robot, retargeted to the same robot, and to another robot and back.
 
 use mocap::glam::{DQuat, DVec3};
 use mocap::retarget::robot::{Robot, RobotMotion};
@@ -33,7 +33,7 @@ fn directions(robot: &Robot, motion: &RobotMotion) -> Vec<[DVec3; 4]> {
     let mut pose = Pose::rest(&scene);
     let frames = (0..motion.frames()).map(|frame| {
         pose.sample(&binding, &animation, frame as f64);
-        // Where a bone begins, as fixed to the link above its first joint: joints turn about it.
+        // The start of a bone, as a point of the link above its first joint: joints rotate about this point.
         let at = |bone: Bone| {
             let bone = bones.iter().find(|found| found.bone == bone).unwrap();
             let above = robot.links[bone.joints[0]].parent.unwrap();
@@ -66,13 +66,14 @@ fn a_robot_does_its_own_motion_as_it_is() {
         }
         assert!(report.mean_degrees < 0.1, "{name}: {}", report.mean_degrees);
         assert!(report.trunk_degrees.unwrap() < 0.1);
-        // Both slide at the same points of their soles.
+        // Both motions slide at the same points of their soles.
         let [own, source] = [report.skate, report.source_skate].map(Option::unwrap);
         assert!((own - source).abs() < 1e-3, "{name}: {own} {source}");
     }
 }
 
-/// Programs look for the links of a robot by their names: a node of that name is where the robot's file has the link.
+/// Programs look for the links of a robot by name. A node with the name of a link has the coordinate frame of this link
+/// in the robot's file.
 #[test]
 fn links_stand_at_their_frames() {
     for name in ["g1_29dof_rev_1_0.urdf", "h1.urdf"] {
@@ -97,7 +98,7 @@ fn links_stand_at_their_frames() {
     }
 }
 
-/// The arms of a walk, and a trunk that turns, on robots of other proportions.
+/// The arms of a walk, and a turning trunk, on robots of other proportions.
 #[test]
 fn robots_face_as_each_other() {
     let (g1, h1) = (robot("g1_29dof_rev_1_0.urdf"), robot("h1.urdf"));
@@ -115,7 +116,7 @@ fn robots_face_as_each_other() {
     }
 }
 
-/// A trunk that is turned against the source is no good motion, though no limb points elsewhere against it.
+/// A trunk that is rotated against the source gives no good motion, even if no limb deviates relative to the trunk.
 #[test]
 fn a_turned_trunk_is_measured() {
     let g1 = robot("g1_29dof_rev_1_0.urdf");
@@ -132,7 +133,7 @@ fn a_turned_trunk_is_measured() {
     let (again, report) = on(&g1, &source(&g1, &motion));
     assert!((again.dof_of(0)[waist] - 1.5).abs() < 1e-3);
     assert!(report.trunk_degrees.unwrap() < 0.1);
-    // The same motion with the base turned away goes with the base.
+    // If the base of the motion is rotated, the whole motion is rotated with it.
     let turn = DQuat::from_rotation_z(1.0);
     for root in &mut motion.root {
         root.rotation = turn * root.rotation;

@@ -1,4 +1,4 @@
-//! The verdict on motions that are built to be wrong: each is one that a report of angles alone called good.
+//! The verdict on motions with planted errors. A report of angles alone would call each of them good.
 
 use mocap::glam::{Quat, Vec3};
 use mocap::retarget::report::Verdict;
@@ -10,7 +10,7 @@ fn h1() -> Robot {
     Importer::new().import_robot("../../fixtures/robots/h1.urdf").unwrap()
 }
 
-/// Two seconds of a walk at 30 frames a second, +Y up, in metres.
+/// Two seconds of a walk at 30 frames per second, with +Y up, in metres.
 fn walk() -> Scene {
     let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
@@ -79,7 +79,7 @@ fn a_walk_in_the_air_is_not_good() {
         assert!(said.contains(text), "{text}: {said}");
     }
     assert!(report.why_infeasible().unwrap().ends_with("(no sole is on the floor)"));
-    // The ankles of H1 are 5 cm above its soles.
+    // The ankles of the H1 are 5 cm above its soles.
     let robot = h1();
     let (scene, animation) = (robot_scene(&robot), motion.to_animation(&robot));
     let ankle = scene
@@ -110,7 +110,7 @@ fn a_motion_whose_up_axis_is_wrong_is_not_good() {
     assert!(verdict(&report, "fraction_lying").0 > 0.9);
 }
 
-/// A link that is somewhere inside another in one frame of a thousand is not said to be so in 0 %.
+/// If links collide in one frame of a thousand, the report does not print 0 %.
 #[test]
 fn a_small_fraction_is_not_zero() {
     let (_, report) = on(&walk(), &RobotOptions::new().passes(1));

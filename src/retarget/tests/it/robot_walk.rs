@@ -6,7 +6,7 @@ use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, 
 use mocap::scene::Animation;
 use mocap::{Binding, Pose, Scene};
 
-/// Two seconds of a walk at 30 frames a second.
+/// Two seconds of a walk at 30 frames per second.
 pub(crate) fn walk() -> Scene {
     let mut source = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
@@ -23,7 +23,7 @@ pub(crate) fn on(robot: &Robot, source: &Scene) -> (RobotMotion, RobotReport) {
     retargeter.clip(source, 0).unwrap()
 }
 
-/// Points of a link in the world, in every frame, by the poses of the animation.
+/// Points of a link in the world in every frame, by the poses of the animation.
 pub(crate) fn points(robot: &Robot, motion: &RobotMotion, link: &str, points: &[Vec3]) -> Vec<Vec<Vec3>> {
     let (scene, animation): (Scene, Animation) = (robot_scene(robot), motion.to_animation(robot));
     let node = scene.nodes.iter().position(|node| node.name == link).unwrap();

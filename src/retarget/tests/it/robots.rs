@@ -1,4 +1,4 @@
-//! Robots: what is read of URDF and MJCF, which link is which bone, and motions on them.
+//! Robots: reading URDF and MJCF, the links that are bones, and motions on robots.
 
 use std::fs;
 
@@ -10,7 +10,7 @@ use mocap::retarget::robot::{
 use mocap::scene::{Channel, HumanoidBone as Bone};
 use mocap::{Code, Importer, Limits, Pose};
 
-/// A leg's worth of everything that URDF has.
+/// A leg that uses every feature of URDF.
 const URDF: &str = r#"<?xml version="1.0"?>
 <robot name="r">
   <link name="base"/>
@@ -80,7 +80,7 @@ fn urdf_is_read() {
         (limits.lower, limits.upper, limits.velocity, limits.effort),
         (-1.0, 0.5, Some(3.0), Some(7.0))
     );
-    // A quarter turn about Z takes the arm's +X to the base's +Y.
+    // A quarter turn about Z moves the arm's +X to the base's +Y.
     let corner = robot.zero_pose()[1].point(DVec3::X);
     assert!(corner.abs_diff_eq(DVec3::new(0.0, 1.0, 1.0), 1e-12), "{corner}");
     assert_eq!(arm.inertial.unwrap().inertia, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3]);
@@ -100,7 +100,8 @@ fn urdf_is_read() {
     assert_eq!(hand.truncate().to_array(), [0.0, 0.0, 1.0]);
 }
 
-/// The base and `turn` are still, `slide` moves by a micrometre a frame, `spin` by a hundredth of a degree.
+/// The base and `turn` are still, `slide` moves by a micrometre per frame, and `spin` rotates by a hundredth of a
+/// degree.
 #[test]
 fn joints_of_a_robot_that_are_still_have_one_key() {
     let robot = read(URDF);
@@ -122,7 +123,7 @@ fn joints_of_a_robot_that_are_still_have_one_key() {
     let mut scene = robot_scene(&robot);
     scene.animations.push(animation);
     assert_eq!(scene.validate(), []);
-    // A quarter turn of the joint's origin, and 0.4 of its own about Y.
+    // A quarter turn of the joint's origin, and 0.4 rad of the joint itself about Y.
     let pose = Pose::at_tick(&scene, 0, 30.0).unwrap();
     let expected = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2) * DQuat::from_rotation_y(0.4);
     let found = DQuat::from_mat4(&pose.node_to_parent[1].as_dmat4());
@@ -141,7 +142,8 @@ fn mjcf_is_read() {
     assert!((b.limits.lower + 10_f64.to_radians()).abs() < 1e-12);
     assert_eq!(b.limits.effort, Some(6.0));
     assert_eq!(robot.links[3].joint.limits.upper, f64::INFINITY);
-    // `a` turns by 90 degrees about Y through (0, 0, 0.5): the body's origin goes from 0.5 below that to 0.5 beside it.
+    // `a` rotates by 90 degrees about Y through (0, 0, 0.5). The origin of the body moves from 0.5 below this point to
+    // 0.5 beside it.
     let place = a.link_to_parent(std::f64::consts::FRAC_PI_2);
     let origin = a.origin.to_inner(place.translation);
     assert!(origin.abs_diff_eq(DVec3::new(-0.5, 0.0, 0.5), 1e-12), "{origin}");
@@ -157,7 +159,7 @@ fn mjcf_is_read() {
     assert_eq!(capsule.origin.translation, DVec3::new(0.0, 0.0, -1.0));
 }
 
-/// Both descriptions of a robot place its links alike: to the digits of MJCF, which has fewer.
+/// Both descriptions of a robot place its links equally, up to the digits of MJCF, which has fewer.
 #[test]
 fn urdf_and_mjcf_are_one_robot() {
     let (urdf, mjcf) = (robot("g1_29dof_rev_1_0.urdf"), robot("g1_29dof_rev_1_0_nomesh.xml"));
@@ -251,7 +253,7 @@ fn two_arms_are_not_legs() {
         let found = robot_bones(&read(text), None).unwrap();
         found.into_iter().map(|bone| bone.bone).collect()
     };
-    // An upper body; the same limbs under names that say nothing are legs.
+    // An upper body. The same limbs with meaningless names are legs.
     let [upper, lower] = [bones(&text), bones(&text.replace("_arm_", "_"))];
     assert!(upper.contains(&Bone::LeftUpperArm) && !upper.contains(&Bone::LeftUpperLeg));
     assert!(lower.contains(&Bone::LeftUpperLeg) && !lower.contains(&Bone::LeftUpperArm));
@@ -288,7 +290,7 @@ fn a_walk_keeps_the_limits_the_floor_and_the_directions() {
         assert!(report.mean_degrees < 5.0, "{name} {}", report.mean_degrees);
         assert_eq!(report.fraction_below_floor, 0.0, "{name}");
         assert!(report.skate.unwrap() < report.source_skate.unwrap() + 0.005, "{name}");
-        // The scene with this animation stands where the numbers say.
+        // The poses of this animation put the links where the joint positions put them.
         let mut scene = robot_scene(&robot);
         scene.animations.push(motion.to_animation(&robot));
         assert_eq!(scene.validate(), []);
@@ -378,7 +380,7 @@ fn what_is_wrong_with_a_robot_is_named_with_its_line() {
         (
             "eulerseq=\"ZYX\"",
             "eulerseq=\"ZYw\"",
-            "unexpected-token 2: the compiler attribute eulerseq is unknown; expected three of x, y and z, or of X, Y and Z; found \"ZYw\"",
+            "unexpected-token 2: the value of the compiler attribute eulerseq is unknown; expected three of x, y and z, or of X, Y and Z; found \"ZYw\"",
         ),
         (
             "type=\"ball\"",
@@ -390,7 +392,7 @@ fn what_is_wrong_with_a_robot_is_named_with_its_line() {
     }
 }
 
-/// What is warned of, with the line.
+/// The warnings, with their lines.
 fn warned(text: &str) -> Vec<String> {
     let line = |warning: &mocap::Diagnostic| warning.location.as_ref().map_or(0, |location| location.line);
     let robot = read(text);
@@ -400,15 +402,16 @@ fn warned(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// As Pioneer's: other readers take the smaller as the lower one.
+/// The file has a lower limit above the upper limit, as files of Pioneer robots do. Other readers use the smaller limit
+/// as the lower limit.
 #[test]
 fn exchanged_limits_are_put_right_with_a_warning() {
     let exchanged = URDF.replacen("lower=\"-1\" upper=\"0.5\"", "lower=\"0.5\" upper=\"-1\"", 1);
     assert_ne!(exchanged, URDF);
     let limits = |text: &str| read(text).links[1].joint.limits;
     assert_eq!(limits(&exchanged), limits(URDF));
-    let message = "8: the lower limit of a joint is above the upper one; they were swapped; joint \"turn\"; expected lower \
-                   at most upper; found 0.5 and -1";
+    let message = "8: the lower limit of a joint is above the upper limit; mocap swapped the limits; joint \
+                   \"turn\"; expected a lower limit that is at most the upper limit; found 0.5 and -1";
     assert!(
         warned(&exchanged).iter().any(|found| found == message),
         "{:?}",
@@ -416,7 +419,8 @@ fn exchanged_limits_are_put_right_with_a_warning() {
     );
 }
 
-/// Elements of other programs are no part of a robot: of xacro, with a prefix that is declared or is not, and of any.
+/// Elements of other programs are not part of a robot: elements of xacro with a declared or an undeclared prefix, and
+/// of any other program.
 #[test]
 fn elements_of_other_programs_are_passed() {
     let plain = read(URDF).links.len();
@@ -442,11 +446,11 @@ fn elements_of_other_programs_are_passed() {
         );
     }
     assert_eq!(warned(&sensor), warned(URDF));
-    // A declaration behind white space, a line further down.
+    // The declaration follows white space, one line later.
     let mut below = read(URDF).links;
     below.iter_mut().for_each(|link| link.line += 1);
     assert_eq!(read(&format!("\n {URDF}")).links, below);
-    // Joints of other programs, and one of URDF that has no single axis.
+    // Joints of other programs, and a joint of URDF without a single axis.
     for kind in ["spherical", "planar"] {
         let text = URDF.replacen("type=\"continuous\"", &format!("type=\"{kind}\""), 1);
         assert!(!read(&text).links[3].joint.moves());
@@ -454,7 +458,7 @@ fn elements_of_other_programs_are_passed() {
         let message = format!("{kind} joints are not supported: the joint does not move");
         assert!(warnings.iter().any(|found| found.contains(&message)), "{warnings:?}");
     }
-    // A template has expressions, or no joint.
+    // A template has expressions or no joint.
     let template = declared.replacen("mass value=\"2\"", "mass value=\"${2*m}\"", 1);
     assert!(
         refused(&template).contains("a xacro template"),
@@ -493,10 +497,10 @@ fn a_mass_that_no_body_has_is_warned_of() {
     assert_eq!(warned(&sound), Vec::<String>::new());
     let negative = changed("mass value=\"2\"", "mass value=\"-2\"");
     let message = "15: the link \"arm\" has a negative mass, which is ignored; expected a mass of at least 0; found -2; \
-                   help: correct it; until then this part weighs nothing";
+                   help: correct this value; until then this part weighs nothing";
     assert_eq!(warned(&negative), [message]);
     assert!(read(&negative).links[1].inertial.is_none());
-    // Of a thin plate one moment is the sum of the other two.
+    // For a thin plate, one moment is the sum of the other two.
     let plate = changed("izz=\"2.5\" ixy=\"0.1\" ixz=\"0.2\" iyz=\"0.3\"", "izz=\"3\"");
     assert!(warned(&plate).is_empty());
     let upright = warned(&changed("ixx=\"1\"", "ixx=\"-1\""));
@@ -564,7 +568,8 @@ fn damaged_robots_are_an_error_or_a_valid_scene() {
     }
 }
 
-/// Long runs of one thing. Work that grew with the square of their length would take minutes here, not seconds.
+/// Long repetitions of one element. Work that grew with the square of their length would take minutes instead of
+/// seconds.
 #[test]
 fn large_robots_are_an_error_or_a_valid_scene() {
     let links: String = (0..8_000).map(|link| format!("<link name=\"l{link}\"/>")).collect();
@@ -601,7 +606,7 @@ fn large_robots_are_an_error_or_a_valid_scene() {
     assert_eq!(error.code(), Code::LimitExceeded);
 }
 
-/// A robot of three joints, with what is put into each.
+/// A robot of three joints, each with the given contents.
 fn tied(first: &str, second: &str, third: &str) -> String {
     let joint = |index: usize, inner: &str| {
         format!(
@@ -620,7 +625,7 @@ fn mimic(joint: &str, rest: &str) -> String {
 
 #[test]
 fn followers_are_tied_to_joints_that_are_free() {
-    // j1 = -2 j2 + 0.5 and j2 = 0.5 j3, so that j1 = -j3 + 0.5; j3 keeps the limits of all: -1 <= 0.5 - j3 <= 2.
+    // j1 = -2 j2 + 0.5 and j2 = 0.5 j3, so j1 = -j3 + 0.5. j3 gets the limits of all: -1 <= 0.5 - j3 <= 2.
     let text = tied(
         &mimic("j2", "multiplier=\"-2\" offset=\"0.5\""),
         &mimic("j3", "multiplier=\"0.5\""),
@@ -643,7 +648,7 @@ fn followers_are_tied_to_joints_that_are_free() {
     assert!(read(&unknown).links[2].joint.mimic.is_none());
     let said = warned(&unknown);
     assert!(
-        said[0].contains("no joint is called \"j9\", so this joint follows none"),
+        said[0].contains("no joint is called \"j9\", so this joint follows no joint"),
         "{said:?}"
     );
     for circle in [

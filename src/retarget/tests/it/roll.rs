@@ -1,4 +1,4 @@
-//! How bones are rolled about themselves where the rest pose says nothing: by the hinges of the motion.
+//! The roll of bones if the rest pose does not show it: the hinges of the motion determine it.
 
 use mocap::figure::report::Sides;
 use mocap::figure::report::TPoseReason;
@@ -13,7 +13,7 @@ use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh};
 use crate::characters::{character, motion};
 use crate::sample::Sample;
 
-/// Files whose rest pose does not stand.
+/// Files in whose rest pose the figure does not stand.
 const COLLAPSED: [&str; 5] = [
     "real/rokoko_dance.bvh",
     "real/additive_root_walk.bvh",
@@ -33,7 +33,8 @@ const LIMBS: [Bone; 8] = [
     Bone::RightLowerArm,
 ];
 
-/// The same motion in the world with the frame of every joint turned by a rotation of its own, which `start` chooses.
+/// The same motion in the world, with the coordinate frame of every joint rotated by its own rotation. `start` chooses
+/// these rotations.
 pub(crate) fn with_other_frames(scene: &Scene, start: f32) -> Scene {
     let mut turned = scene.clone();
     let frame = |node: usize| {
@@ -69,14 +70,14 @@ pub(crate) fn with_other_frames(scene: &Scene, start: f32) -> Scene {
     turned
 }
 
-/// The rotations of the limbs of a character with a motion, at some ticks.
+/// The rotations of a character's limbs with a motion, at some ticks.
 fn limbs(source: &Scene, target: &Scene) -> Vec<Vec<Quat>> {
     let duration = source.animations[0].duration;
     let ticks: Vec<f64> = (0..8).map(|at| (duration * f64::from(at) / 8.0).floor()).collect();
     rotations(source, target, &LIMBS, &ticks)
 }
 
-/// The rotations of bones of a character with a motion in the world, at some ticks.
+/// The world rotations of bones of a character with a motion, at some ticks.
 pub(crate) fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<Vec<Quat>> {
     let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default()).unwrap();
     let animation = retargeter.animation(source, &source.animations[0]);
@@ -96,7 +97,7 @@ pub(crate) fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f6
     ticks.iter().map(at_tick).collect()
 }
 
-/// Holds two motions of a character against each other.
+/// Compares two motions of a character.
 pub(crate) fn assert_alike(was: &[Vec<Quat>], is: &[Vec<Quat>], bones: &[Bone], what: &str) {
     for (was, is) in std::iter::zip(was, is) {
         for ((was, is), bone) in std::iter::zip(was, is).zip(bones) {
@@ -106,7 +107,7 @@ pub(crate) fn assert_alike(was: &[Vec<Quat>], is: &[Vec<Quat>], bones: &[Bone], 
     }
 }
 
-/// Frames of a motion, and the first of them.
+/// Some frames of a motion, and the number of the first.
 fn some_frames(scene: &Scene, sample: &mut Sample) -> (Scene, usize) {
     let count = scene.animations[0].frame_count();
     let size = (count / 5).max(20);
@@ -132,8 +133,8 @@ fn frames_of_a_motion_retarget_as_they_do_in_the_whole() {
     }
 }
 
-/// The sole of a foot is that of the rest pose where it stands, whichever frames there are; those of CMU's are rolled
-/// with its legs, which stand apart.
+/// If the figure stands in the rest pose, the rest pose determines the roll of a foot's sole, whichever frames are
+/// retargeted. In CMU's rest pose the legs are apart, and the feet are rolled with the legs.
 #[test]
 fn feet_of_any_frames_stand_as_in_the_whole() {
     let mut sample = Sample::new();
@@ -150,7 +151,7 @@ fn feet_of_any_frames_stand_as_in_the_whole() {
     }
 }
 
-/// This one stands above the origin with its head down -Y, at rest it lies along +Z, and its hands move alone.
+/// This body stands above the origin with its head towards -Y. At rest it lies along +Z, and only its hands move.
 #[test]
 fn any_frames_of_a_body_that_stands_have_one_up_axis() {
     let mut sample = Sample::new();
@@ -162,7 +163,7 @@ fn any_frames_of_a_body_that_stands_have_one_up_axis() {
     }
 }
 
-/// Bones that lie anywhere at rest may look like a body that stands.
+/// Bones with arbitrary directions at rest may look like a standing body.
 #[test]
 fn a_rest_pose_by_chance_does_not_exchange_the_sides() {
     let mut sample = Sample::new();
@@ -174,7 +175,7 @@ fn a_rest_pose_by_chance_does_not_exchange_the_sides() {
     }
 }
 
-/// Their knuckles hang on joints that are no bones.
+/// The knuckles are children of joints that are not bones.
 #[test]
 fn hands_do_not_depend_on_the_frames_of_joints() {
     let mut sample = Sample::new();
@@ -190,8 +191,8 @@ fn hands_do_not_depend_on_the_frames_of_joints() {
     }
 }
 
-/// A dancer lifts the heels: from ankle to toes it is 56 degrees down, in the median of the frames. So it is on a
-/// character, but for what their soles differ.
+/// A dancer lifts the heels: the median slope from ankle to toes is 56 degrees down. A character has this slope, except
+/// for the difference of the soles.
 #[test]
 fn a_dancer_who_lifts_the_heels_lifts_them_on_a_character() {
     let source = motion("real/rokoko_dance.bvh");
@@ -267,7 +268,7 @@ fn limbs_bend_on_a_character_where_they_bend_in_the_motion() {
             assert!(seen.mean_degrees < 10.0, "{file}: {seen:?}");
         }
         assert_ne!(report.verdict, Verdict::Poor, "{file}");
-        // Forearms count where the elbow is one hinge: in the clip of 100STYLE's kind arms hang.
+        // Forearms only count if the elbow is a single hinge. In the clip in the style of 100STYLE, the arms hang.
         let forearms = of(Aspect::Roll).filter(|seen| [Bone::LeftLowerArm, Bone::RightLowerArm].contains(&seen.bone));
         assert_eq!(
             forearms.count(),
@@ -291,8 +292,8 @@ fn the_frames_of_joints_say_nothing_where_the_rest_pose_does_not_stand() {
     }
 }
 
-/// Files of several programs: a rest pose that does not stand, one that does, CMU's first frame, joints whose rotation
-/// is constant and not that of the rest pose.
+/// Files of several programs. In the rest pose of some files, the figure stands; in others, it does not. One file
+/// begins with CMU's T-pose. In further files, joints have a constant rotation that differs from the rest pose.
 const FORMS: [&str; 7] = [
     "real/rokoko_dance.bvh",
     "real/additive_root_walk.bvh",
@@ -308,7 +309,7 @@ fn a_motion_retargets_alike_from_every_format_that_holds_it() {
     let target = character("human_game_engine");
     for file in FORMS {
         let mut source = motion(file);
-        // Long enough for hinges to show.
+        // The part is long enough to show the hinges.
         source.trim(0.0, 200.0);
         let expected = limbs(&source, &target);
         for format in [Format::Gltf, Format::Mclip, Format::Vrma, Format::Fbx] {
@@ -328,7 +329,7 @@ fn a_motion_retargets_alike_from_every_format_that_holds_it() {
     }
 }
 
-/// Nodes that hold the constant tracks, and a skin that holds the rest pose, are what many programs write.
+/// Many programs write nodes that hold the constant tracks, and a skin that holds the rest pose.
 #[test]
 fn the_rest_pose_of_gltf_with_a_skin_is_its_bind_pose() {
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);

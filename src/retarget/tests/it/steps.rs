@@ -1,4 +1,4 @@
-//! Steps that retarget: motions of two skeletons, and feet that are locked on another body.
+//! Steps that retarget: motions of two skeletons, and locked feet on another body.
 
 use mocap::edit::report::StepReport;
 use mocap::edit::{ContactOptions, EditStep};
@@ -34,7 +34,7 @@ fn a_motion_of_another_skeleton_is_retargeted_and_said_to_be() {
     };
     assert_eq!(joined.nodes, walk.nodes);
     assert_bones_keep_their_lengths(&walk, &joined);
-    // The last pose is that of the run: its thighs and arms point where those of the run do, but for its heading.
+    // The last pose is the last pose of the run: thighs and arms have the run's directions, except for the heading.
     let (own, theirs) = (Humanoid::of(&walk), Humanoid::of(&run));
     let (ours, source) = (positions(&joined), positions(&run));
     let (ours, source) = (&ours[report.frames - 1], source.last().unwrap());
@@ -50,14 +50,14 @@ fn a_motion_of_another_skeleton_is_retargeted_and_said_to_be() {
         assert!((a.y - b.y).abs() < 0.1, "{from:?}: {a} {b}");
     }
 
-    // What is no humanoid is refused, with the reason.
+    // A skeleton that is not a humanoid is refused, with the reason.
     let chain = mocap::import(file("real/blender_two_joints.bvh")).unwrap();
     let error = apply_steps(&mut walk.clone(), &steps, &[&chain], None).unwrap_err();
     let expected = "the two motions have different skeletons, and the second cannot be retargeted: ";
     assert!(error.diagnostic().message.starts_with(expected), "{error}");
 }
 
-/// The same of a motion on another body, whose feet had to catch up by 30 cm in one swing.
+/// The law for a motion on its own body also holds on another body, whose feet had to catch up by 30 cm in one swing.
 #[test]
 fn locked_feet_of_another_body_are_no_faster_than_free_ones() {
     let target = character("human_vrm1");

@@ -1,4 +1,4 @@
-//! Bones and axes of the VMC protocol.
+//! Tests the bones and the axes of the VMC protocol.
 
 use mocap::glam::{Mat3, Quat, Vec3};
 use mocap::scene::HumanoidBone as Bone;
@@ -6,7 +6,7 @@ use mocap_retarget::internals::vmc::{BonePose, bone, mirrored, unity_name};
 
 #[test]
 fn bones_have_the_names_of_unity() {
-    // UnityEngine.HumanBodyBones, of Unity's scripting reference.
+    // UnityEngine.HumanBodyBones, in Unity's scripting reference.
     for (unity, vrm) in [
         ("Hips", Bone::Hips),
         ("UpperChest", Bone::UpperChest),
@@ -22,7 +22,7 @@ fn bones_have_the_names_of_unity() {
 
 #[test]
 fn a_turn_in_unity_is_the_other_way_round_here() {
-    // In Unity a positive turn about +Y brings +Z to +X, which is the figure's right; here right is -X.
+    // In Unity, a positive rotation about +Y moves +Z to +X, which is the figure's right. In a scene, right is -X.
     let half = std::f32::consts::FRAC_PI_4;
     let unity = BonePose {
         position: Vec3::new(1.0, 2.0, 3.0),
@@ -31,7 +31,7 @@ fn a_turn_in_unity_is_the_other_way_round_here() {
     let found = mirrored(unity);
     assert_eq!(found.position, Vec3::new(-1.0, 2.0, 3.0));
     assert!((found.rotation * Vec3::Z).distance(Vec3::NEG_X) < 1e-6);
-    // A matrix says the same: S R S.
+    // A matrix gives the same result: S R S.
     let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
     let rotation = Quat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize();
     let expected = mirror * Mat3::from_quat(rotation) * mirror;

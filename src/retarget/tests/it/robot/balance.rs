@@ -1,9 +1,9 @@
-//! The shift of a mass.
+//! Tests the shift of a mass that moves the centre of pressure.
 
 use mocap::glam::DVec2;
 use mocap_retarget::internals::{GRAVITY, shifts};
 
-/// By the equation that it solves: what a shift changes of the centre of pressure of a mass is what was missing.
+/// By the equation that the shift solves: the shift changes the centre of pressure by the missing distance.
 #[test]
 fn a_mass_that_is_shifted_has_its_pressure_within() {
     let (height, fps) = (0.9, 120.0);

@@ -1,8 +1,8 @@
-//! Systems of equations with a band.
+//! Tests the solver of systems of equations with a band matrix.
 
 use mocap_retarget::internals::Band;
 
-/// A system is made of its solution.
+/// The test makes a system from its solution.
 #[test]
 fn a_band_is_solved_and_what_is_fixed_is_0() {
     for (size, width) in [(23, 6), (24, 8), (5, 9), (61, 13)] {

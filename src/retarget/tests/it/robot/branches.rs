@@ -1,11 +1,12 @@
-//! Limbs that are stuck in the corners of their limits.
+//! Limbs that are stuck in a corner of their limits.
 
 use mocap::retarget::robot::{RobotMotion, Weights};
 use mocap_figure::robot_bones::robot_bones;
 use mocap_retarget::internals::branches::{Branches, Follow, Free, SUSPECT, Track, shortest, suspects};
 use mocap_retarget::internals::{Bounds, Goals, Kinematics, SolverGoals, StandIn};
 
-/// By hand: the second track is better in the middle, where it agrees with the first it costs nothing to go over.
+/// By hand: the second track is better in the middle. A change from one track to the other costs nothing where the two
+/// agree.
 #[test]
 fn the_way_changes_where_tracks_agree() {
     let track = |positions: [f64; 6], costs: [f64; 6]| Track {
@@ -17,8 +18,8 @@ fn the_way_changes_where_tracks_agree() {
     assert_eq!(shortest(&[first, second], 1.0), [0, 0, 1, 1, 1, 0]);
 }
 
-/// A leg of the G1 that should be in a pose which joints reach. It is stuck in the corner of the limits that its solver
-/// reaches from the worst of many beginnings.
+/// A leg of the G1 whose wanted pose its joints can reach. The leg is stuck in a corner of the limits, which its solver
+/// reaches from the worst of many starting poses.
 struct StuckLeg {
     kinematics: Kinematics,
     branches: Branches,
@@ -42,7 +43,7 @@ fn stuck_leg() -> StuckLeg {
         lower: bodies.iter().map(|body| body.limits.lower).collect(),
         upper: bodies.iter().map(|body| body.limits.upper).collect(),
     };
-    // The thigh raised and turned out, the knee bent: every joint within its limits.
+    // The thigh is raised and turned out, and the knee is bent. Every joint is within its limits.
     let mut wanted = kinematics.rest();
     for (name, at) in [("hip_pitch", -1.9), ("hip_roll", 1.3), ("hip_yaw", 1.6), ("knee", 1.9)] {
         let dof = robot
@@ -108,7 +109,7 @@ impl StuckLeg {
         }
     }
 
-    /// What the leg costs in each frame after another branch was looked for.
+    /// The cost of the leg in each frame after a search for another branch.
     fn chosen(&mut self, from: usize, ahead: usize) -> Vec<f64> {
         let free = Free {
             goals: &self.goals,

@@ -1,4 +1,4 @@
-//! Capsules and their distances.
+//! Tests the distances and the boxes of capsules.
 
 use mocap::glam::DVec3;
 use mocap::scene::robot::Placement;
@@ -24,7 +24,7 @@ fn segments_are_as_far_apart_as_their_nearest_points() {
             _ => {}
         }
         let found = distance(one, other);
-        // Points on both, on a grid.
+        // Points on both capsules, on a grid.
         const STEPS: usize = 80;
         let on = |[a, b]: [DVec3; 2], step: usize| a.lerp(b, step as f64 / STEPS as f64);
         let steps = (0..=STEPS).flat_map(|s| (0..=STEPS).map(move |t| (s, t)));
@@ -54,7 +54,7 @@ fn capsules_are_within_their_box() {
                 );
             }
         }
-        // They reach each of its sides.
+        // The points reach each side of the box.
         for axis in 0..3 {
             let reach = |capsule: &Capsule| capsule.ends.map(|end| end[axis] + capsule.radius);
             let farthest = capsules.iter().flat_map(reach).fold(0.0, f64::max);

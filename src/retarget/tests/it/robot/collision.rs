@@ -1,10 +1,10 @@
-//! Links that collide.
+//! Tests which links collide.
 
 use mocap::retarget::robot::RobotMotion;
 use mocap::scene::robot::Placement;
 use mocap_retarget::internals::{Collisions, Kinematics};
 
-/// Two arms that point forward, a tail that touches them from below where all joints are at 0.
+/// Two arms that point forward, and a tail that touches them from below with all joints at 0.
 const ROBOT: &str = r#"<mujoco><compiler angle="degree"/><worldbody><body name="base">
     <geom type="box" size="0.35 0.35 0.1"/>
     <body name="left" pos="0 0.3 0"><joint name="l" axis="0 0 1"/>
@@ -26,7 +26,8 @@ fn links_that_collide_are_found_but_neighbours_and_those_that_touch_at_rest_are_
     let names = |pair: &[usize; 2]| pair.map(|body| collisions.names[body].as_str());
     let pairs: Vec<_> = collisions.pairs.iter().map(names).collect();
     assert_eq!(pairs, [["left", "right"]]);
-    // Ahead; across each other, 0.4 m long and 0.6 m apart; tip to tip, 0.06 m apart.
+    // Three poses of the arms, which are 0.4 m long and 0.6 m apart: ahead, across each other, and tip to tip at 0.06
+    // m.
     let tips = (0.54_f64 / 0.8).acos();
     let across = std::f64::consts::FRAC_PI_2;
     let dof_pos = [

@@ -1,9 +1,9 @@
-//! The forces that contacts give.
+//! Tests the forces that contacts can exert.
 
 use mocap::glam::DVec3;
 use mocap_retarget::internals::Cones;
 
-/// Four corners of a sole of 20 by 10 cm, a metre below.
+/// The four corners of a sole of 20 by 10 cm, one metre below.
 fn sole() -> Cones {
     let mut cones = Cones::default();
     let corners = [(0.1, 0.05), (0.1, -0.05), (-0.1, 0.05), (-0.1, -0.05)];
@@ -11,7 +11,7 @@ fn sole() -> Cones {
     cones
 }
 
-/// By hand: four corners carry a quarter of the weight each.
+/// By hand: each of four corners carries a quarter of the weight.
 #[test]
 fn corners_carry_a_weight_evenly() {
     let (forces, force, moment) = sole().reach(DVec3::Z, DVec3::ZERO);
@@ -21,15 +21,15 @@ fn corners_carry_a_weight_evenly() {
     }
 }
 
-/// By hand: nothing pulls a robot down, friction ends at the weight, and a weight outside the sole is not carried.
+/// By hand: nothing pulls a robot down, friction is at most the weight, and a weight outside the sole is not carried.
 #[test]
 fn what_no_contact_gives_is_left() {
     let (_, force, _) = sole().reach(-DVec3::Z, DVec3::ZERO);
     assert!(force.abs_diff_eq(-DVec3::Z, 1e-5), "{force}");
-    // The centre of pressure 0.3 m ahead of the middle; the sole ends at 0.1 m.
+    // The centre of pressure is 0.3 m ahead of the middle, but the sole ends at 0.1 m.
     let (_, force, moment) = sole().reach(DVec3::Z, DVec3::new(0.0, -0.3, 0.0));
     assert!(force.length() + moment.length() > 0.1, "{force} {moment}");
-    // Within it, at 0.05 m.
+    // The centre of pressure is within the sole, at 0.05 m.
     let (_, force, moment) = sole().reach(DVec3::Z, DVec3::new(0.0, -0.05, 0.0));
     assert!(force.length() + moment.length() < 1e-5, "{force} {moment}");
     let mut none = Cones::default();

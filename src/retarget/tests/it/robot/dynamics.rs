@@ -1,10 +1,11 @@
-//! Inverse dynamics, by hand.
+//! Tests inverse dynamics against values that are computed by hand.
 
 use mocap::glam::DVec3;
 use mocap::scene::robot::{Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink};
 use mocap_retarget::internals::{Dynamics, GRAVITY, Kinematics, Rates};
 
-/// A rod of 2 kg and 1 m on a hinge about Y at its end, along X. By hand, m g l / 2 holds it, and m l^2 / 3 turns it.
+/// A rod of 2 kg and 1 m along X, on a hinge about Y at its end. By hand, the torque m g l / 2 holds it, and m l^2 / 3
+/// accelerates it.
 #[test]
 fn a_rod_takes_what_is_computed_by_hand() {
     let rod = Inertial {
@@ -52,7 +53,7 @@ fn a_rod_takes_what_is_computed_by_hand() {
     let turned = dynamics.inverse(&kinematics, &pose, &still, &turning);
     let wanted = -GRAVITY + 3.0 * (2.0 / 3.0 + 0.25);
     assert!((turned.joints[0] - wanted).abs() < 1e-12, "{turned:?}");
-    // Twice a second about Z, the base and all: the middle of the rod goes in a circle.
+    // The base and the rod rotate twice per second about Z, so the middle of the rod moves in a circle.
     let spinning = Rates {
         angular: 2.0 * DVec3::Z,
         joints: vec![0.0],

@@ -1,4 +1,4 @@
-//! How far a point is outside a hull.
+//! The distance of a point from a hull.
 
 use mocap::glam::DVec2;
 use mocap_retarget::internals::outside;

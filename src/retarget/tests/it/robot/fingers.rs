@@ -1,11 +1,11 @@
-//! How far fingers are bent.
+//! Tests how far the fingers of a robot bend.
 
 use mocap::glam::{Mat4, Vec3};
 use mocap::scene::{Node, NodeId, Side};
 use mocap::{Pose, Scene};
 use mocap_retarget::internals::fingers::{FINGER, FingerBend, Fingers, Joint, curl};
 
-/// By hand: 45 and 95 degrees of 90, 100 and 90 are half of a fist.
+/// By hand: bends of 45 and 95 degrees, with ranges of 90, 100 and 90, are half of a fist.
 #[test]
 fn a_finger_is_bent_as_far_through_its_range() {
     let node = |index: usize| Node {
@@ -47,7 +47,7 @@ fn a_finger_is_bent_as_far_through_its_range() {
     };
     let wanted = fingers.wanted(&pose);
     assert!(wanted.iter().all(|at| (at + 0.7).abs() < 2e-3), "{wanted:?}");
-    // At 30 frames a second one goes by 0.1 and the other by 1 at most.
+    // At 30 frames per second, one joint moves by at most 0.1 and the other by at most 1.
     let mut positions = [0.0, 5.0, 0.0];
     fingers.bend(&wanted, Some(&[0.1, 5.0, 0.1]), 30.0, &mut positions);
     assert!(

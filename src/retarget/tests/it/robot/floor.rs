@@ -1,4 +1,4 @@
-//! How far feet come down to the floor.
+//! The distance by which feet come down to the floor.
 
 use mocap_retarget::internals::drops;
 
@@ -9,7 +9,7 @@ fn feet_that_stand_come_down_and_those_on_a_step_do_not() {
     assert!(even.iter().all(|drop| (drop - 0.02).abs() < 1e-12));
     let step = drops(&vec![[0.2, 0.3]; 100], &contacts, 30.0);
     assert!(step.iter().all(|drop| *drop == 0.0));
-    // A foot in the air between two that stand: from one to the other without a jump.
+    // The shift of a foot in the air goes from one stance to the next without a jump.
     let heights: Vec<[f64; 2]> = (0..100)
         .map(|frame| [if frame < 50 { 0.01 } else { 0.03 }, 0.5])
         .collect();

@@ -1,4 +1,4 @@
-//! The frames that were given out.
+//! Tests how many of its returned frames a stream keeps.
 
 use mocap::figure::Humanoid;
 use mocap::retarget::robot::RobotMotion;

@@ -1,10 +1,10 @@
-//! The sole of a foot.
+//! Tests the balls that stand for the sole of a robot's foot.
 
 use mocap::glam::{DQuat, DVec3};
 use mocap::scene::robot::{Placement, RobotShape, ShapeKind};
 use mocap_retarget::internals::sole::{SoleBall, balls, on_the_floor};
 
-/// A foot of a box of 24 x 10 x 4 cm, tilted with its toes up by 20 degrees.
+/// A foot with a box of 24 x 10 x 4 cm, tilted by 20 degrees with the toes up.
 fn foot(tilt: f64) -> Vec<SoleBall> {
     let shape = RobotShape {
         origin: Placement {

@@ -1,4 +1,4 @@
-//! The solver of joint positions.
+//! Tests the solver of joint positions.
 
 use mocap::glam::{DQuat, DVec3};
 use mocap::retarget::robot::Weights;
@@ -22,8 +22,8 @@ fn a_system_is_solved() {
     }
 }
 
-/// Two hinges about one axis, of which the second turns twice as far: by hand, of a rotation of 0.9 the first makes
-/// 0.3.
+/// Two hinges about one axis. The second rotates twice as far as the first. By hand, the first takes 0.3 of a rotation
+/// by 0.9.
 #[test]
 fn a_follower_shares_the_turn_of_its_leader() {
     let link = |parent, mimic| RobotLink {

@@ -1,4 +1,4 @@
-//! The verdict on a motion.
+//! Tests the verdict on a motion of a robot.
 
 use mocap::retarget::report::Verdict;
 use mocap_retarget::internals::Measures;
@@ -21,11 +21,19 @@ fn the_worst_measure_decides() {
         poor.map(|criterion| criterion.name.as_str()).collect::<Vec<_>>(),
         ["fraction_floating"]
     );
+    // Three of a hundred frames of a swing are a heel that rolls off.
+    for (scraping, wanted) in [(0.03, Verdict::Good), (0.031, Verdict::Fair), (1.0, Verdict::Fair)] {
+        let scrapes = Measures {
+            scraping: Some(scraping),
+            ..good.clone()
+        };
+        assert_eq!(scrapes.verdict().1, wanted);
+    }
     let guessed = Measures {
         guessed_parts: 1,
         ..good.clone()
     };
-    // A robot without masses has no figure here, and is judged by the others.
+    // A robot without masses lacks this value, and gets its verdict from the other values.
     for (infeasible, wanted) in [(Some(0.04), Verdict::Good), (Some(0.9), Verdict::Fair)] {
         let measured = Measures {
             infeasible,

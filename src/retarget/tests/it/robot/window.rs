@@ -1,4 +1,4 @@
-//! Which frames are solved again.
+//! Tests which frames of a window are solved again.
 
 use mocap_retarget::internals::window::{SMALL, near};
 
