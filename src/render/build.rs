@@ -1,6 +1,6 @@
 //! Joins the modules of the player to one script, and compresses the script, the style sheet and the font. For
-//! WebAssembly they stay uncompressed: the module is compressed as a whole, and `tools/wasm/page/lean_module.js` must
-//! find them to replace unused data by zeros.
+//! WebAssembly, these files stay uncompressed, because the WebAssembly module is compressed as a whole.
+//! `tools/wasm/page/lean_module.js` must find their bytes in the module, to replace unused data by zeros.
 
 use std::fs::{File, read_to_string};
 use std::io::{Result, Write};

@@ -10,16 +10,17 @@ use super::theme;
 #[derive(Clone, Copy)]
 pub(super) struct Camera {
     world_to_camera: Quat,
-    /// The world point at the centre of the drawing.
+    /// The world point that the camera looks at.
     pub(super) target: Vec3,
-    /// The centre in the drawing.
+    /// The point of the drawing that shows the target.
     pub(super) middle: Point,
     /// Pixels per unit of length.
     pub(super) scale: f32,
 }
 
 impl Camera {
-    /// A camera that orbits the figure: `around` from its front, and `up`, in degrees.
+    /// A camera that orbits the figure. `around` is the angle from the front of the figure, `up` the angle above the
+    /// horizontal, both in degrees.
     pub(super) fn new(around: f32, up: f32) -> Self {
         Self {
             world_to_camera: Quat::from_rotation_x(up.to_radians()) * Quat::from_rotation_y(-around.to_radians()),
@@ -34,12 +35,12 @@ impl Camera {
         Self::new(35.0 + heading.to_degrees(), 14.0)
     }
 
-    /// Camera coordinates: x to the right, y up, z towards the camera, in units of length.
+    /// The camera coordinates of a point: x to the right, y up, z towards the camera, in units of length.
     pub(super) fn see(&self, point: Vec3) -> Vec3 {
         self.world_to_camera * (point - self.target)
     }
 
-    /// The point in the drawing.
+    /// The position of a world point in the drawing.
     pub(super) fn project(&self, point: Vec3) -> Point {
         let seen = self.see(point);
         [
@@ -79,7 +80,7 @@ impl Extent {
         if scale.is_finite() { scale } else { 1.0 }
     }
 
-    /// The distance of the bounds' centre to the right of the target.
+    /// How far the centre of the bounds is to the right of the target, in units of length.
     pub(super) fn middle(&self) -> f32 {
         0.5 * (self.left + self.right)
     }
@@ -114,8 +115,8 @@ pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Draw
 
 /// Paints a pointer from one point to another.
 pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
-    /// The position of a bone's widest point along the bone, as a fraction. It is near the joint, so that the bone
-    /// points to its child.
+    /// The position of a bone's widest point along the bone, as a fraction. This point is near the joint, so that the
+    /// bone points to its child.
     const SHOULDER: f32 = 0.18;
     let (start, end) = (Vec2::from(from), Vec2::from(to));
     let along = end - start;

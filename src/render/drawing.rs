@@ -33,7 +33,7 @@ impl Color {
 /// A point in a drawing, in pixels from the left and from the top.
 pub(super) type Point = [f32; 2];
 
-/// The part of a string that is at its point.
+/// The part of a text that is at the position of its shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Anchor {
     /// The start.
@@ -61,23 +61,23 @@ pub struct Pixels {
 pub enum Shape {
     /// A filled polygon.
     Polygon {
-        /// Its corners.
+        /// The corners.
         points: Vec<Point>,
         /// The fill colour.
         color: Color,
     },
     /// Connected line segments with round ends.
     Line {
-        /// Its points.
+        /// The points.
         points: Vec<Point>,
-        /// Its width in pixels.
+        /// The width in pixels.
         width: f32,
         /// The colour of the line.
         color: Color,
     },
     /// A filled circle.
     Circle {
-        /// Its centre.
+        /// The centre.
         center: Point,
         /// Radius in pixels.
         radius: f32,

@@ -1,8 +1,9 @@
 //! Euler angles of rotations, for plots.
 //!
-//! A scene has quaternions. The angles are computed from them in the order of the joint's channels, and chosen among
-//! the equivalent ones nearest to the previous tick. They give the same rotations as the file's angles. In gimbal lock
-//! the first and the third angle may differ from the file's, because only their sum is known.
+//! A scene has quaternions. mocap computes the angles from the quaternions, in the order of the joint's channels. Of
+//! all equivalent angles, it chooses the angles nearest to those of the previous tick. These angles give the same
+//! rotations as the angles of the file. In gimbal lock the first and the third angle may differ from the angles of the
+//! file, because only their sum or their difference is known.
 
 use glam::{DQuat, Quat};
 

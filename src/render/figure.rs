@@ -47,7 +47,7 @@ impl<'a> Clip<'a> {
             .map_or(0, |animation| (animation.duration as u64).saturating_add(1))
     }
 
-    /// A summary in one line: `2.9 s, 344 frames at 120 fps, 31 joints`.
+    /// A summary in one line, such as `2.9 s, 344 frames at 120 fps, 31 joints`.
     pub fn facts(&self) -> String {
         let joints = self
             .scene
@@ -98,7 +98,8 @@ impl From<mocap_figure::Side> for Side {
 }
 
 impl Side {
-    /// `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand`, `rtibia`.
+    /// The side in the name of a joint, such as `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand` or
+    /// `rtibia`.
     pub fn of(name: &str) -> Self {
         Name::read(name).side.map_or(Self::Middle, Self::from)
     }
@@ -111,7 +112,7 @@ pub struct Link {
     pub(super) side: Side,
 }
 
-/// A clip with its binding and its size, rotated to +Y up.
+/// A clip that is prepared for drawing: bound to its animation, measured, and rotated to +Y up.
 pub struct DrawnClip<'a> {
     pub(super) clip: Clip<'a>,
     pub(super) links: Vec<Link>,
@@ -149,7 +150,7 @@ impl<'a> DrawnClip<'a> {
         for link in &links {
             (is_lone[link.from], is_lone[link.to]) = (false, false);
         }
-        // A joint above the hips may stand still.
+        // A joint above the hips may stand still, so the camera follows the hips.
         let hips = known.humanoid.joint(HumanoidBone::Hips);
         let moves = |node: &usize| {
             let channels = clip.animation().map_or(&[][..], |animation| &animation.channels);
@@ -250,7 +251,7 @@ impl<'a> DrawnClip<'a> {
     /// The facing of a figure with two legs in these poses, as an angle about +Y from +Z. The angle is 0 if the figure
     /// has no main facing.
     pub(super) fn heading<'p>(&self, poses: impl Iterator<Item = &'p [Vec3]>) -> f32 {
-        /// The length of the mean of unit vectors above which they have a direction.
+        /// If the mean of unit vectors is longer than this, the vectors have a main direction.
         const TOGETHER: f32 = 0.5;
         let Some((left, right)) = self.thighs else { return 0.0 };
         let (mut sum, mut count) = (Vec3::ZERO, 0.0);
@@ -292,8 +293,8 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     in_body
 }
 
-/// Every node with its parent, except group nodes, and except the link from a static node to a figure that moves away
-/// from it.
+/// The links from nodes to their parents. Group nodes have no link. A static node has no link to a figure that moves
+/// away from it.
 pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
     let leaves = leaves_a_still_node(scene, humanoid);
     let nodes = scene.nodes.iter().enumerate();
@@ -342,7 +343,7 @@ fn leaves_a_still_node(scene: &Scene, humanoid: &Humanoid) -> Option<usize> {
         is_still[node.index()] =
             !moves[node.index()] && channel.rotation_keys.len() <= 1 && channel.scaling_keys.len() <= 1;
     }
-    // The nodes from the root to the first moving one.
+    // The nodes from the root to the first moving node.
     let mut chain = vec![humanoid.joint(HumanoidBone::Hips)?];
     while let Some(parent) = scene.nodes[chain[chain.len() - 1].index()].parent {
         chain.push(parent);

@@ -253,7 +253,8 @@ impl<'a> Movie<'a> {
 /// A camera that shows the figure and its shadow in every picture, with a margin. A few dozen pictures determine the
 /// bounds.
 fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
-    /// The largest number of frames to which the camera is fitted. In the other frames the figure is between them.
+    /// The largest number of frames to which the camera is fitted. In other frames, the figure is between the poses of
+    /// these frames.
     const SAMPLES: usize = 48;
     let step = ticks.len().div_ceil(SAMPLES).max(1);
     let poses: Vec<Vec<Vec3>> = ticks.iter().step_by(step).map(|tick| figure.positions(*tick)).collect();
@@ -299,10 +300,11 @@ fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) 
     }
 }
 
-/// A summary in one line: `110 pictures, 4.36 s`.
+/// A summary in one line, such as `110 pictures, 4.36 s`.
 impl std::fmt::Display for Movie<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let seconds = self.picture_count() as f64 / self.options.frames_per_second;
-        write!(f, "{} pictures, {} s", self.picture_count(), short(seconds))
+        let pictures = mocap_scene::report::counted(self.picture_count(), "picture");
+        write!(f, "{pictures}, {} s", short(seconds))
     }
 }

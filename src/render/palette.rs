@@ -53,9 +53,9 @@ impl Palette {
         Self::of(colors)
     }
 
-    /// The blends of colours with the paper and the shadow, and the colours of ground and text.
+    /// The blends of colours with the background and the shadow, and the colours of ground and text.
     fn blends(painted: impl Iterator<Item = super::drawing::Color>) -> Vec<[u8; 3]> {
-        /// The number of shades of a colour on the paper. A dozen makes edges smooth.
+        /// The number of shades between a colour and the background. A dozen makes edges smooth.
         const STEPS: usize = 12;
         let mut colors = vec![theme::PAPER.rgb];
         for color in painted.chain([theme::FADED, theme::RULE, theme::SHADOW]) {

@@ -52,9 +52,9 @@ struct Curve {
 }
 
 impl Drawing {
-    /// Draws two panels for each joint. The first has its world position, in the unit of the scene if it is known. The
-    /// second has its rotation relative to its parent, in degrees about the axes of its channels, in their order. The
-    /// time axis is in seconds, up to the last frame.
+    /// Draws two panels for each joint. The first panel has the world position of the joint, in the unit of the scene
+    /// if the unit is known. The second panel has the rotation of the joint relative to its parent, in degrees about
+    /// the axes of the joint's channels, in their order. The time axis is in seconds, up to the last frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -115,7 +115,7 @@ struct Track {
     rotations: Vec<Quat>,
 }
 
-/// The tracks of these joints. Each tick is posed once for all of them.
+/// The tracks of these joints. The figure is posed once per tick, for all joints.
 fn tracks(clip: &Clip<'_>, joints: &[NodeId]) -> Vec<Track> {
     let mut tracks = vec![Track::default(); joints.len()];
     let mut pose = Pose::rest(clip.scene);
@@ -165,10 +165,10 @@ const TOP: f32 = 34.0;
 /// The bottom margin in pixels, for the times.
 const BOTTOM: f32 = 34.0;
 
-/// The font height of labels in pixels: the smallest legible one.
+/// The font height of labels in pixels: the smallest legible height.
 const LABEL: f32 = 11.0;
 
-/// The unit with this length, to six digits.
+/// The unit of `metres` metres, equal to six digits; `None` if no unit has this length.
 fn unit(metres: f64) -> Option<Unit> {
     let is_it = |unit: &Unit| (metres / unit.metres() - 1.0).abs() < 1e-6;
     Unit::ALL.into_iter().find(is_it)
@@ -315,7 +315,7 @@ impl Scale {
         (first..=last).map(move |index| index as f64 * step)
     }
 
-    /// A number with as many decimals as the step.
+    /// A number with as many decimals as the step between ticks.
     fn label(&self, value: f64) -> String {
         if self.step >= 0.01 {
             short(value)

@@ -12,7 +12,7 @@ use ttf_parser::{Face, OutlineBuilder};
 use super::built::font;
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
 
-/// The largest width and height in pixels: 16,384 x 16,384 pixels take a gibibyte.
+/// The largest width and the largest height in pixels.
 pub(super) const LARGEST_SIDE: u32 = 16_384;
 
 /// The largest number of pixels in a picture: 256 MB in memory.
@@ -22,7 +22,8 @@ impl Drawing {
     /// The drawing as a PNG file. Equal drawings give equal bytes.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] if the width or the height is 0 or more than 16,384 pixels.
+    /// [`Code::LimitExceeded`] if the width or the height is 0 or more than 16,384 pixels. Also if the picture has more
+    /// than 67,108,864 pixels.
     pub fn to_png(&self) -> Result<Vec<u8>> {
         Ok(png_of(self.width, self.height, png::ColorType::Rgb, &self.to_rgb()?))
     }
@@ -66,7 +67,7 @@ pub fn png_of(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> 
     bytes
 }
 
-/// Refuses empty and too large pictures, with an error of this code.
+/// Refuses pictures that are empty or too large. The error has this code.
 pub(super) fn check_size(width: u32, height: u32, code: Code) -> Result<()> {
     let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
     let pixels = u64::from(width) * u64::from(height);

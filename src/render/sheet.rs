@@ -45,8 +45,8 @@ const POSE_ASPECT: f32 = 1.35;
 
 impl Drawing {
     /// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses. The poses
-    /// are evenly spaced in time. Each has its time and the root's path on the floor. All poses of a row have the same
-    /// scale.
+    /// are evenly spaced in time. Each pose has its time and the root's path on the floor. All poses of a row have the
+    /// same scale.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -126,7 +126,7 @@ fn paint_head(drawing: &mut Drawing, clip: &Clip<'_>, path: &[Vec3], top: f32, r
     /// The font height of a name in pixels, as for a heading.
     const NAME: f32 = 15.0;
 
-    /// The font height of facts in pixels: the smallest legible one.
+    /// The font height of facts in pixels: the smallest legible height.
     const FACTS: f32 = 11.0;
     let width = HEAD - MARGIN;
     drawing.text(

@@ -40,7 +40,7 @@ pub(super) fn has_colors(figure: &DrawnClip<'_>) -> bool {
 pub struct Buffer {
     left: usize,
     top: usize,
-    /// In samples.
+    /// The width in samples.
     width: usize,
     height: usize,
     /// Larger depths are nearer to the camera. Empty samples have minus infinity.
@@ -69,8 +69,8 @@ impl Buffer {
         })
     }
 
-    /// Fills a triangle with corners in pixels and depths. `color` gets the weights of the corners. If it returns
-    /// `None`, the sample stays empty.
+    /// Fills a triangle with corners in pixels and depths. For each sample, `color` gets the weights of the corners. If
+    /// `color` returns `None`, the sample stays empty.
     pub fn fill(&mut self, corners: [(Vec2, f32); 3], color: impl Fn([f32; 3]) -> Option<[u8; 3]>) {
         let origin = Vec2::new(self.left as f32, self.top as f32);
         let [a, b, c] = corners.map(|(point, _)| (point - origin) * SAMPLES as f32 - 0.5);
@@ -171,7 +171,8 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
                         .zip(weights)
                         .map(|(coords, weight)| *coords * weight)
                         .sum();
-                    // The light is brighter for colours than for grey, so that the colours match the file's.
+                    // The light is brighter for colours than for grey, so that the colours match the colours of the
+                    // file.
                     paint.color(at, 0.45 + 0.55 * brightness)
                 }
             });

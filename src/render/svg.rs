@@ -106,7 +106,7 @@ fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
     }
 }
 
-/// `M x y x y ...`: the first point is moved to, the others are lines.
+/// `M x y x y ...`: the path starts at the first point, and has lines to the other points.
 fn path(points: &[Point]) -> String {
     let mut path = String::from("M");
     for (index, [x, y]) in points.iter().enumerate() {

@@ -44,9 +44,9 @@ const VIEWS: [(&str, f32, f32); 3] = [
 ];
 
 impl Drawing {
-    /// Draws the T-pose of each skeleton as a row. It has the origin of the T-pose, and the figure from the front, from
-    /// its left and from above, with bone names. Left is blue, right orange, the middle green. Joints that are not
-    /// bones are grey.
+    /// Draws the T-pose of each skeleton as a row. The row states where the T-pose comes from. It shows the figure from
+    /// the front, from its left and from above, with bone names. Left is blue, right orange, the middle green. Joints
+    /// that are not bones are grey.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -96,7 +96,7 @@ fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
     /// The font height of a name in pixels, as for a heading.
     const NAME: f32 = 15.0;
 
-    /// The font height of facts in pixels: the smallest legible one.
+    /// The font height of facts in pixels: the smallest legible height.
     const FACTS: f32 = 11.0;
     let width = HEAD - MARGIN;
     let name = shortened(clip.name, NAME, width);
@@ -107,7 +107,7 @@ fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
     }
 }
 
-/// The origin of the T-pose, and the confidence in the bones.
+/// The source of the T-pose, and the confidence in the bones.
 fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
     let TPoseClip { figure, t_pose, .. } = clip;
     let source = match t_pose.source {
@@ -244,7 +244,7 @@ impl<'a> TPoseFigure<'a> {
         bone.map_or(theme::MIDDLE, |bone| self.color(bone))
     }
 
-    /// The colour of a bone. Less confidence makes it greyer.
+    /// The colour of a bone. Less confidence makes the colour greyer.
     fn color(&self, bone: HumanoidBone) -> Color {
         let color = match bone.side() {
             Some(Side::Left) => theme::LEFT,
@@ -259,8 +259,8 @@ impl<'a> TPoseFigure<'a> {
         color.mix(theme::MIDDLE, greyness)
     }
 
-    /// Paints the names of trunk and limb bones, unless they overlap: above and below the arms, and next to the other
-    /// bones.
+    /// Paints the names of trunk and limb bones: above and below the arms, and next to the other bones. A name that
+    /// would overlap another name is left out.
     fn paint_names(&self, drawing: &mut Drawing, camera: &Camera) {
         /// The font height of bone names in pixels. It is small, because the names are close together.
         const SIZE: f32 = 10.0;
@@ -303,7 +303,7 @@ impl<'a> TPoseFigure<'a> {
     }
 }
 
-/// The bones with names, the most important ones first.
+/// The bones with names, the most important bones first.
 const NAMED: &[HumanoidBone] = &[
     HumanoidBone::Hips,
     HumanoidBone::Head,

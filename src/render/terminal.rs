@@ -49,7 +49,7 @@ enum Ink {
     Warning,
 }
 
-/// Text with a line width.
+/// The text of the screen, and its line width.
 struct Screen {
     text: String,
     width: usize,
@@ -115,7 +115,7 @@ impl Clip<'_> {
         let heading = screen.inked(Ink::Bold, clip.name);
         screen.line(&format!("{heading}  {}", clip.facts()));
         let rest = below_the_tree(clip, &screen);
-        // The heading, an empty line before and after the tree, and the shell prompt.
+        // Four more lines: the heading, an empty line before and after the tree, and the shell prompt.
         let used = rest.lines().count() + 4;
         let most = options.height.saturating_sub(used);
         screen.line("");
@@ -128,9 +128,9 @@ impl Clip<'_> {
     }
 }
 
-/// The orders of Euler angles of a file, the most usual first; the joints of the others by name.
+/// The orders of Euler angles in a file, the most frequent first. For the other orders, the joints are named.
 fn rotation_orders(scene: &Scene) -> Option<String> {
-    /// Joints that are named at most.
+    /// The largest number of named joints.
     const NAMED: usize = 4;
     let joints = |order: RotationOrder| {
         scene
@@ -221,7 +221,8 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
     screen.text
 }
 
-/// The mean root height in one time interval per character, and the lowest and highest root height.
+/// A chart of the root height: each character shows the mean height in one time interval. Also the lowest and the
+/// highest root height.
 fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
@@ -259,9 +260,9 @@ struct Tree<'a> {
 /// A chain that is not drawn yet.
 struct Branch {
     node: usize,
-    /// The number of branches above it.
+    /// The number of branches above this chain.
     depth: usize,
-    /// The prefixes of its first line and of the following lines.
+    /// The prefixes of the chain's first line and of its further lines.
     first: String,
     next: String,
 }
@@ -275,8 +276,8 @@ impl<'a> Tree<'a> {
                 children[parent.index()].push(index);
             }
         }
-        // In reverse order children precede their parents, so every count is complete before it is added to the
-        // parent's.
+        // In reverse order children precede their parents, so every count is complete before it is added to the count
+        // of the parent.
         for (index, node) in scene.nodes.iter().enumerate().rev() {
             if let Some(parent) = node.parent {
                 below[parent.index()] += below[index] + 1;
@@ -292,7 +293,7 @@ impl<'a> Tree<'a> {
 
     /// One line for every chain, down to the branch depth that fits. Deeper nodes are counted.
     fn lines(&self, width: usize, most: usize) -> Vec<String> {
-        /// The largest branch depth to list. No body has more.
+        /// The largest branch depth to list. No body has deeper branches.
         const DEEPEST: usize = 32;
         let fits = |lines: &Vec<String>| lines.len() <= most;
         let lines = (1..=DEEPEST).rev().map(|depth| self.lines_to(depth, width));
@@ -343,8 +344,8 @@ impl<'a> Tree<'a> {
         lines
     }
 
-    /// `Elbow ─ 1.5 ─ Wrist`: names with the link lengths between them. The first node's own link comes before it, and
-    /// the number of hidden nodes after the last.
+    /// `Elbow ─ 1.5 ─ Wrist`: names with the link lengths between them. The length of the first node's own link
+    /// precedes its name. The number of hidden nodes follows the last name.
     fn push_chain(
         &self,
         lines: &mut Vec<String>,
@@ -383,7 +384,7 @@ impl<'a> Tree<'a> {
         lines.push(line);
     }
 
-    /// The length of the link from the parent, in world units; `None` for the root.
+    /// The length of the link from the parent, in the file's unit; `None` for the root.
     fn link_length(&self, index: usize) -> Option<String> {
         let parent = self.scene.nodes[index].parent?;
         let length = self

@@ -112,7 +112,7 @@ impl Images {
         )
     }
 
-    /// The colours of a mesh. `None` if its file states none, or if the colour is white without an image.
+    /// The colours of a mesh. `None` if the file states no colours, or if the colour is white without an image.
     pub(super) fn paint<'a>(&'a self, scene: &Scene, mesh: &'a Mesh) -> Option<Paint<'a>> {
         let surface = scene.materials.get(mesh.material_index)?.surface?;
         let image = surface.texture.and_then(|texture| self.0.get(texture)?.as_ref());

@@ -1,13 +1,14 @@
 //! A page with a player: one HTML file without external resources.
 //!
 //! The player is plain JavaScript in `view/`. It draws with WebGL 2, or with a 2D canvas if WebGL 2 is missing.
-//! `build.rs` joins its modules to one script. `player.js` plays clips from any data source. `page.js` passes it the
-//! data of this page.
+//! `build.rs` joins the modules of the player to one script. `player.js` plays clips from any data source. `page.js`
+//! passes the data of this page to `player.js`.
 //!
 //! The page contains the motion as base64 bytes, in blocks of frames. JSON numbers would take three times the space and
 //! most of the loading time. `pack.rs` documents the encoding and its precision.
 //!
-//! The drop page of `tools/wasm` uses the same template and the same player. Its clips are [`PlayerClip`]s.
+//! The drop page of `tools/wasm` uses the same template and the same player. The clips of the drop page are
+//! [`PlayerClip`]s.
 
 mod data;
 mod listing;
@@ -47,10 +48,10 @@ pub struct PageClip<'a> {
     pub clip: Clip<'a>,
     /// The figure of the scene. Default: [`Figure::new`].
     pub figure: Option<&'a Figure>,
-    /// The `.glb` file for the download button; see `GltfOptions::write_glb`. Without it, the button explains how to
-    /// make one.
+    /// The `.glb` file for the download button; see `GltfOptions::write_glb`. Without this file, the button explains
+    /// how to make one.
     pub glb: Option<&'a [u8]>,
-    /// The bytes of the BVH source file. The page can save them, and shows their lines next to the matrices.
+    /// The bytes of the BVH source file. The page can save the file, and shows its lines next to the matrices.
     pub source: Option<&'a [u8]>,
     /// The ground contacts of the feet; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
@@ -116,9 +117,9 @@ struct PageData {
 /// A page that plays `clips` together, side by side or overlaid.
 ///
 /// The keys of a clip are packed if they take more than 4 MiB. The page states the resulting joint error. In every
-/// frame it is at most a ten thousandth of the figure's reach, 0.1 mm for a person. For motions of more than 128 MiB,
-/// half an hour at 120 frames per second, it is at most 15 ten thousandths, 1.4 mm for a person. So a page with an hour
-/// of motion has about 20 MB.
+/// frame this error is at most a ten thousandth of the figure's reach (0.1 mm for a person). For motions of more than
+/// 128 MiB (half an hour at 120 frames per second), it is at most 15 ten thousandths (1.4 mm for a person). A page with
+/// an hour of motion takes about 20 MB.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -159,7 +160,7 @@ pub struct PlayerClip {
     pub description: String,
     /// The id and the bytes of each block.
     pub blocks: Vec<(String, Vec<u8>)>,
-    /// The parts of its skin that are not shown, and why.
+    /// The parts of the clip's skin that are not shown, and why.
     pub left_out: Vec<String>,
 }
 
@@ -221,8 +222,8 @@ impl Page {
         report
     }
 
-    /// The page without clips. A program replaces `{{data}}` by the JSON of its clips, and `{{blocks}}` by their
-    /// blocks.
+    /// The page without clips. A program replaces `{{data}}` by the JSON of the clips, and `{{blocks}}` by the blocks
+    /// of the clips.
     #[doc(hidden)]
     pub fn without_clips() -> String {
         page("mocap", "{{data}}", ["{{blocks}}", "", "", ""])

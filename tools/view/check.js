@@ -2,12 +2,13 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { appendFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { appendFileSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
 import { Sample } from "../interop/sample.js";
+import { savePicture } from "../chromium.mjs";
 import { launch, open, settled } from "./browser.js";
 import { chainChecks } from "./chain_checks.js";
 import { filmChecks } from "./film_checks.js";
@@ -15,7 +16,7 @@ import { markChecks } from "./mark_checks.js";
 import { skinChecks } from "./skin_checks.js";
 
 const { values } = parseArgs({
-  options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" }, pictures: { type: "string" } },
+  options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" }, pictures: { type: "boolean", default: false } },
 });
 const sample = Sample.chosen(values.all);
 
@@ -25,8 +26,8 @@ const MAX_ERROR = 1e-3;
 
 const fixture = (name) => fileURLToPath(new URL(`../../fixtures/real/${name.includes(".") ? name : `${name}.bvh`}`, import.meta.url));
 const folder = mkdtempSync(join(tmpdir(), "mocap-view-"));
-const { pictures } = values;
-if (pictures) mkdirSync(pictures, { recursive: true });
+const PICTURES = "pictures of the documents";
+const only = values.pictures ? PICTURES : values.only;
 
 function mocap(...args) {
   return execFileSync(process.env.MOCAP, args, { encoding: "utf8", maxBuffer: 1 << 28, stdio: ["ignore", "pipe", "pipe"] });
@@ -83,7 +84,7 @@ async function tapUntil(page, selector, taken) {
 }
 
 const checks = [];
-const check = (name, run) => name.includes(values.only) && checks.push([name, run]);
+const check = (name, run) => name.includes(only) && checks.push([name, run]);
 
 for (const [turn, renderer] of ["WebGL", "Canvas 2D"].entries()) {
   for (const name of sample.share(FILES, turn, FILES.length)) {
@@ -494,7 +495,6 @@ check("a folder's list opens its clips", async (browser) => {
   await page.fill("input", "walk");
   assert.ok((await page.locator("[data-name]:visible").count()) < cards);
   assert.deepEqual(trouble, []);
-  if (pictures) await page.screenshot({ path: join(pictures, "list.png") });
   await page.click("[data-name='cmu_12_01_walk.bvh'] a");
   await page.waitForFunction(() => window.mocap?.drawn().length > 30);
   await close();
@@ -559,29 +559,31 @@ check("every control has a name, and words stand out from what is behind them", 
 
 for (const more of [chainChecks, skinChecks, markChecks, filmChecks]) more({ check, sample, open, mocap, pageOf, pageOfFiles, pageOfText, fixture });
 
-if (pictures) {
-  check("pictures for a person to look at", async (browser) => {
-    const take = async (name, files, options, act) => {
-      const { page, close } = await open(browser, pageOf(...files), options);
+if (values.pictures) {
+  check(PICTURES, async (browser) => {
+    const take = async (document, address, options, tick, act) => {
+      const { page, close } = await open(browser, address, { reducedMotion: "reduce", ...options });
+      await page.evaluate((tick) => window.mocap.seek(tick), tick);
+      await settled(page);
       await act(page);
       await settled(page);
-      await page.screenshot({ path: join(pictures, `${name}.png`) });
+      await savePicture(page, fileURLToPath(new URL(`../../${document}`, import.meta.url)));
       await close();
     };
-    const seek = (at) => (page) => page.evaluate((tick) => window.mocap.seek(tick), at);
-    const phone = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
-    const choose = async (page) => { await seek(200)(page); await settled(page); await page.mouse.click(...(await jointPlace(page, 3))); await page.keyboard.press("t"); await page.mouse.move(20, 400); };
-    await take("light", ["cmu_12_01_walk"], {}, choose);
-    await take("dark", ["cmu_12_01_walk"], { colorScheme: "dark" }, choose);
-    await take("phone", ["cmu_12_01_walk"], phone, seek(100));
-    // docs/how-to/lecture.png
-    await take("lecture", ["lecture_Test"], { viewport: { width: 1000, height: 800 } }, async (page) => {
-      await seek(4)(page);
+    const walk = fixture("cmu_12_01_walk");
+    await take("fixtures/pictures/view.png", pageOfFiles(walk), {}, 200, async (page) => {
+      await page.mouse.click(...(await jointPlace(page, 3)));
+      await page.keyboard.press("t");
+      await page.mouse.move(20, 400);
+    });
+    const hero = join(folder, "hero_walk.glb");
+    mocap("retarget", walk, fixture("../characters/human_game_engine.glb"), "-o", hero);
+    await take("docs/player-compared.png", pageOfFiles(walk, hero), {}, 200, async () => {});
+    await take("docs/how-to/lecture.png", pageOf("lecture_Test"), { viewport: { width: 1000, height: 880 } }, 4, async (page) => {
       await page.click("#tree > div:nth-child(4)");
       for (let matrices = 0; matrices < 3; matrices++) await page.keyboard.press("v");
       await page.evaluate(() => document.querySelector("#chain-product").scrollIntoView());
     });
-    await take("compare", ["cmu_12_01_walk", "mocopi_jump_six_channels"], {}, seek(200));
   });
 }
 
@@ -603,7 +605,7 @@ let failed = 0;
 /** A third of the checks, unless some are asked for by name. The checks take every second to eighth of their files by the
  * same seed: divided by a multiple of all these numbers it chooses without regard to them. */
 const chosenChecks =
-  values.all || values.only || pictures ? checks : new Sample(false, Math.floor(sample.seed / 840)).some(checks, 3);
+  values.all || only ? checks : new Sample(false, Math.floor(sample.seed / 840)).some(checks, 3);
 for (const [name, run] of chosenChecks) {
   const start = performance.now();
   let fault = await faultOf(run);

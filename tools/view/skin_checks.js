@@ -314,7 +314,7 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       ["vertices", (file) => { file.accessors[0].count = 1e6; }, /reach beyond their view/, false],
       ["joints", (file) => { file.skins[0].joints = [0]; }, /not.*as the skin|skin lacks/, false],
       ["large", image(header(8192)), /8192 x 8 pixels/, true],
-      ["no image", image(Buffer.from("not an image")), /neither PNG nor JPEG nor WebP/, true],
+      ["no image", image(Buffer.from("not an image")), /is not PNG, JPEG or WebP/, true],
       ["cut off", image(header(8)), /cannot be decoded/, true],
     ];
     for (const [name, edit, expected, isDrawn] of faults) {

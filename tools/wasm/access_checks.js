@@ -1,23 +1,23 @@
-// The drop page for everybody: axe-core finds nothing, and fingers hit what they aim at.
+// Accessibility of the drop page: axe-core finds no violation, and controls are large enough for fingers.
 
 import assert from "node:assert/strict";
 import axe from "axe-core";
 
-/** The least width and height of what a finger presses, in pixels. */
+/** The least width and height of a control on a touch screen, in pixels. */
 const FINGER = 44;
 const PHONE = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
 
-/** What axe-core finds wrong, in words. */
+/** The violations that axe-core finds, as text. */
 async function violationsOf(page) {
   await page.evaluate(axe.source);
   const { violations } = await page.evaluate(() => globalThis.axe.run({ resultTypes: ["violations"] }));
   return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 100)).join(" | ")}`);
 }
 
-/** Controls that are smaller than a finger. */
+/** Controls that are too small for a finger. */
 const smallOf = (page) => page.evaluate((least) => {
   const controls = Array.from(document.querySelectorAll("button, select, input, summary, [role=treeitem]"));
-  // A box to tick is pressed by its label.
+  // A checkbox can also be pressed on its label.
   const shown = controls.filter((control) => control.checkVisibility() && control.type !== "checkbox");
   const size = (control) => { const { width, height } = control.getBoundingClientRect(); return { control: control.id || control.textContent, width, height }; };
   return shown.map(size).filter(({ width, height }) => width < least || height < least).map((found) => JSON.stringify(found));

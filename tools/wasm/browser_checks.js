@@ -1,4 +1,4 @@
-// The package in headless Chromium: the same scenes as in Node, the example page, and the speed beside BVHLoader.
+// The package in headless Chromium: the same scenes as in Node, the example page, and the speed compared with BVHLoader.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -8,12 +8,12 @@ import { chromium } from "playwright-core";
 import { launchOptions } from "../chromium.mjs";
 
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
-/** An address that the browser trusts; nothing listens there, for every request is answered here. */
+/** An address that the browser trusts. No server listens there, because this script answers every request. */
 const HOST = "http://localhost:9/";
 
 const hash = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
-/** Opens a page of the folders that `rootOf` gives for a path; `trouble` collects its messages and the files that it lacks. */
+/** Opens a page. `rootOf` returns the folder for a path. `trouble` collects the messages and the missing files of the page. */
 export async function openPage(browser, address, rootOf) {
   const page = await browser.newPage({ viewport: { width: 900, height: 600 } });
   const trouble = [];
@@ -39,7 +39,7 @@ export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, ma
   const open = (browser, address) =>
     openPage(browser, address, (pathname) => (pathname.startsWith("/fixtures/") ? join(fixtures, "..") : import.meta.dirname));
 
-  /** Runs `use` in a browser of its own. */
+  /** Runs `use` in a separate browser. */
   const inBrowser = (use) => async () => {
     const browser = await chromium.launch(launchOptions());
     try {

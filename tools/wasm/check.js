@@ -1,4 +1,4 @@
-// Compares what the package makes of the fixtures with what the program makes of them.
+// Compares the outputs of the package with the outputs of the program, for all fixtures.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -35,28 +35,28 @@ const all = ["real", "skeletons", "characters", "made", "dialects", "broken"]
   .filter((path) => READ.includes(extname(path)));
 const real = (name) => join(fixtures, "real", name);
 
-/** A file as the package takes it, with the skeletons that stand beside a motion. */
+/** A file for the package. An .amc motion also has the .asf skeletons in its folder. */
 function filesOf(path) {
   const beside = extname(path) === ".amc" ? readdirSync(dirname(path)).filter((name) => extname(name) === ".asf") : [];
   return [basename(path), ...beside].map((name) => ({ name, bytes: readFileSync(join(dirname(path), name)) }));
 }
 
-/** Runs the program; what it prints, or null where it fails. */
+/** Runs the program. Returns its output, or null if it fails. */
 function program(...args) {
   const { status, stdout } = spawnSync(process.env.MOCAP, args, { maxBuffer: 1 << 30 });
   return status === 0 ? stdout : null;
 }
 
-/** The file that the program writes of another, or null where it cannot. */
+/** The file that the program writes, or null if it fails. */
 function written(extension, ...args) {
   const out = join(folder, `out${extension}`);
   rmSync(out, { force: true });
-  // Without its .gltf nothing says whose a buffer is, and the program replaces no other's.
+  // Remove an earlier buffer: without its .gltf its owner is unknown, so the program would not replace it.
   rmSync(join(folder, "out.bin"), { force: true });
   return program(...args, extension === ".json" ? "" : out) && readFileSync(out);
 }
 
-/** What `make` returns, or null where it fails with an error of the package. */
+/** The result of `make`, or null if it fails with an error of the package. */
 function made(make) {
   try {
     return make();
@@ -73,8 +73,8 @@ function assertSame(found, expected, what) {
 }
 
 /**
- * BVH: the same words, and numbers within a share. WebAssembly has no sine and no arc tangent, so their last bits are
- * those of another library.
+ * Compares BVH files: words are equal, and numbers within a relative error. WebAssembly has no sine and no arc tangent, so the
+ * last bits come from another library.
  */
 function assertNearText(found, expected, share) {
   if (found === null || expected === null) return assertSame(found, expected, ".bvh");
@@ -86,13 +86,13 @@ function assertNearText(found, expected, share) {
   });
 }
 
-/** The JSON and the floats of a `.gltf` with its buffers within, or of a `.glb`. */
+/** The JSON and the floats of a `.glb`, or of a `.gltf` with its buffers. */
 function partsOf(bytes) {
   const floats = (buffer) => new Float32Array(Uint8Array.from(buffer).buffer, 0, buffer.length >> 2);
   const data = Buffer.from(bytes);
   if (data.toString("latin1", 0, 4) !== "glTF") {
     const { buffers, ...json } = JSON.parse(data.toString());
-    // In the file, or in a file beside it.
+    // A buffer is in the file, or in a separate file.
     const bytes = (uri) => (uri.startsWith("data:") ? Buffer.from(uri.split(",")[1], "base64") : readFileSync(join(folder, uri)));
     return [json, buffers.map(({ uri }) => floats(bytes(uri)))];
   }
@@ -101,8 +101,8 @@ function partsOf(bytes) {
 }
 
 /**
- * glTF of what was turned onto another skeleton: numbers within 1e-3. The angle between two directions is an arc cosine,
- * which makes 3.5e-4 rad of a last bit, and the last bit of a sum of products is another with other vector instructions.
+ * Compares glTF files of retargeted motions: numbers are within 1e-3. Sums of products differ in the last bit with other
+ * vector instructions. The arc cosine, which computes the angle between two directions, enlarges such a difference to 3.5e-4 rad.
  */
 function assertNearGltf(found, expected, share = 1e-3) {
   if (found === null || expected === null) return assertSame(found, expected, "glTF");
@@ -116,7 +116,7 @@ function assertNearGltf(found, expected, share = 1e-3) {
   });
 }
 
-/** The same values; numbers within a share of them, or of 1. */
+/** Compares values. Numbers may differ by a fraction `share` of their value, or of 1 if they are smaller. */
 function assertNear(found, expected, share, place = "") {
   if (typeof expected === "number" && typeof found === "number") {
     assert.ok(Math.abs(found - expected) <= share * Math.max(1, Math.abs(expected)), `${place}: ${found} is ${expected} in the program`);
@@ -144,7 +144,7 @@ check("types", "programs with the types compile, with `using` and without", () =
     assert.equal(status, 0, `${file}: ${stdout}`);
   };
   compiled("types_check.ts", "esnext,dom,esnext.disposable");
-  // Most projects have no `using`, and their TypeScript does not know Symbol.dispose.
+  // Most projects do not use `using`, and their TypeScript lacks Symbol.dispose.
   compiled("types_check_es2020.ts", "es2020,dom");
 });
 
@@ -161,7 +161,7 @@ for (const path of sample.some(all, 8)) {
     const bytes = (write) => made(() => kept(scene())[write]());
     const glb = written(".glb", "convert", "--quiet", path);
     if ([".amc", ".asf", ".fbx"].includes(extname(path))) {
-      // Their rotations are made with the sine of the standard library, those of BVH with one of this project.
+      // Their rotations use the sine of the standard library. The rotations of BVH use mocap's own sine.
       if (found === null || dump === null) assertSame(found, dump, "dump");
       else assertNear(JSON.parse(found), JSON.parse(dump), 1e-6);
       assertNearGltf(bytes("toGlb"), glb, 1e-6);
@@ -180,12 +180,12 @@ check("same", "arrays stand on the body that is given, and positions are solved,
   const file = (path) => ({ name: basename(path), bytes: readFileSync(path) });
   const bvh = (path, options) => kept(mocap.read(readFileSync(path), basename(path), options)).toBvh();
   const expected = (path, ...options) => written(".bvh", "convert", "--quiet", path, ...options);
-  // Angles in degrees of rotations of 32 bits, by another sine and another arc tangent.
+  // The angles in degrees come from 32-bit rotations, with another sine and arc tangent.
   const share = 1e-4;
   for (const [motion, body] of [
     [arrays("phuma_69.npy"), real("cmu_12_01_walk.bvh")],
     [arrays("smplx_protocol_4.pkl"), arrays("body_smpl.pkl")],
-    // Two files of one name are told apart.
+    // The motion and the body have the same name.
     [arrays("smplx_protocol_4.pkl"), arrays("smplx_protocol_4.pkl")],
   ]) {
     assertNearText(bvh(motion, { body: file(body) }), expected(motion, "--body", body), share);
@@ -256,7 +256,7 @@ check("same", "steps are those of `mocap edit`", () => {
   const { status, stdout, stderr } = spawnSync(process.env.MOCAP, ["edit", path, "-o", output, "--json", ...args], { encoding: "utf8" });
   assert.equal(status, 0, stderr);
   assertNear(changed.reports, JSON.parse(stdout), 1e-4);
-  // Sine and arc tangent are those of another library.
+  // Sine and arc tangent come from another library.
   assertNearGltf(changed.toGlb(), readFileSync(output));
   const both = kept(walk.edit(["concat"], { others: [walk] }));
   assert.equal(both.animations[0].frameCount, 2 * walk.animations[0].frameCount - 1);
@@ -295,7 +295,7 @@ check("same", "the face of a VRM animation goes onto a character", () => {
   const face = kept(mocap.read(filesOf(join(root, "fixtures/made/face.vrma"))));
   assert.ok(face.nodes.some((node) => node.face?.preset === "blink"));
   const hero = join(root, "fixtures/characters/human_vrm0.vrm");
-  // Locks of feet decide by what roundings change, and the face is what is compared.
+  // Do not lock feet, because rounding changes the locks. This check compares the face.
   const moved = kept(face.retarget(kept(mocap.readCharacter(filesOf(hero))), { feet: "free" }));
   const { bytes, report } = moved.write("glb");
   assert.match(report.notes.join(), /expressions that the character does not have, left out: happy/);
@@ -321,7 +321,7 @@ check("same", "changes are those of `mocap convert`", () => {
   }
   const [options, args] = [{ compress: "int16", maxError: 0.001 }, ["--compress", "int16", "--max-error", "1mm"]];
   assertSame(read.toGlb(options), written(".glb", "convert", "--quiet", ...args, path), JSON.stringify(options));
-  // With a shell an arc tangent decides which keys are left out, and WebAssembly's differs in its last bit: other keys, the same bound.
+  // With a shell, the dropped keys depend on an arc tangent, whose last bit differs in WebAssembly. The bound still holds.
   const withShell = join(folder, "shell.glb");
   writeFileSync(withShell, read.toGlb({ ...options, shellDistance: 0.03 }));
   const ofProgram = written(".glb", "convert", "--quiet", ...args, "--shell-distance", "3cm", path).length;
@@ -360,7 +360,7 @@ check("same", "a chain is that of `mocap chain`", () => {
   const scene = kept(mocap.read(filesOf(path)));
   const expected = JSON.parse(program("chain", path, "Wrist", "--tick", "4.5", "--point", "0.5,0,1", "--json"));
   const { chain, pointInWorld } = scene.chain("Wrist", 4.5, [0.5, 0, 1]);
-  // The last digits differ, which depend on the instructions of the machine.
+  // The last digits depend on the instructions of the machine.
   const rounded = (value) => JSON.stringify(value, (_, part) => (typeof part === "number" ? Number(part.toFixed(4)) + 0 : part));
   assert.equal(rounded(chain), rounded(expected.chain));
   assert.equal(rounded(pointInWorld), rounded(expected.point_in_world));
@@ -394,14 +394,17 @@ check("jobs", "a job on files in memory writes what the program writes", () => {
   assert.deepEqual([files.map(({ name }) => name), steps.length], [["mirrored.bvh"], 1]);
   const output = join(folder, "mirrored.bvh");
   program("edit", path, "-o", output, "--step", "mirror");
-  // The last of twelve decimals is another by another arc tangent.
+  // Another arc tangent changes the last of twelve decimals.
   assertNearText(new TextDecoder().decode(files[0].bytes), readFileSync(output), 1e-9);
   const surveyed = mocap.run({ source: { inputs: source.inputs }, survey: { html: "card.html" } }, [{ name: "cmu_short.bvh", bytes: readFileSync(path) }]);
   assert.deepEqual([surveyed.survey.length, surveyed.survey[0].joints, surveyed.files[0].name], [1, 31, "card.html"]);
   assert.throws(() => mocap.run({ wirte: {} }, []), /there are 0 names|has no wirte/);
 });
 
-/** Whether joints are within a distance, in the unit of the file, in two motions: where a leg is straight, another last digit turns it by hundredths of a degree. */
+/**
+ * Compares two motions: joints are within a distance, in the unit of the file. A different last digit turns a straight leg by
+ * hundredths of a degree.
+ */
 function assertNearPoses(found, expected, most) {
   const [ours, theirs] = [found, expected].map((bytes) => kept(mocap.read(bytes, "walk.bvh")));
   assert.equal(ours.animations[0].frameCount, theirs.animations[0].frameCount);
@@ -458,7 +461,7 @@ check("hostile", "broken files give errors with their places, and the module goe
   assert.throws(() => before.toGlb(), { code: "freed" });
 });
 
-/** A generator of numbers below `n` that is the same in every run with a seed. */
+/** A generator of random numbers below `n`. A seed gives the same numbers in every run. */
 function randomFrom(seed) {
   let state = BigInt(seed) + 0x9e3779b97f4a7c15n;
   return (n) => {
@@ -475,7 +478,7 @@ check("hostile", "cut and damaged files give a scene or an error, never the end 
     for (let round = 0; round < (values.all ? 400 : 40); round++) {
       const bytes = Uint8Array.from(first.bytes.subarray(0, round % 2 ? random(first.bytes.length) : first.bytes.length));
       for (let flips = random(8); flips > 0 && bytes.length > 0; flips--) {
-        // Most of what can be wrong with a binary file is in its beginning.
+        // Most faults that a reader can notice are at the beginning of a binary file.
         bytes[random(round % 3 ? bytes.length : Math.min(bytes.length, 4096))] = random(256);
       }
       made(() => {
@@ -535,7 +538,7 @@ check("memory", "a scene that is freed, disposed of or forgotten gives its memor
     globalThis.gc();
     await new Promise((done) => setTimeout(done, 5));
   }
-  // Without the registry there were twenty scenes of 3 MB.
+  // Without the registry, twenty scenes of 3 MB would remain.
   assert.ok(mocap.memory < settled + (16 << 20), `${mocap.memory} bytes after ${settled}`);
 });
 
@@ -577,7 +580,7 @@ check("speed", "measures reading beside BVHLoader in Node", () => {
 
 browserChecks(check, { fixtures, all, sample, filesOf, mocap, made });
 check("bundlers", "a walk plays in fresh projects of every host", async () => {
-  // Some minutes, and hundreds of packages.
+  // This check takes some minutes, and downloads hundreds of packages.
   if (!values.all && !positionals.includes("bundlers")) return;
   assert.deepEqual(await tryHosts(), []);
 });
@@ -586,7 +589,7 @@ pageChecks(check, { fixtures, folder, program, sample });
 let failed = 0;
 let passed = 0;
 for (const { part, name, run } of checks) {
-  // What is measured is printed and not judged, so it is done when it is asked for.
+  // Speed is only printed and never fails, so it is measured only on request.
   if (!name.includes(values.only)) continue;
   if (positionals.length > 0 ? !positionals.includes(part) : part === "speed") continue;
   try {

@@ -1,10 +1,10 @@
-// Packed clips: the bytes of the program, poses, memory, and damage.
+// Checks packed clips: bytes equal to the program's, poses, memory, and damaged files.
 
 import assert from "node:assert/strict";
 
 import { MocapError } from "./package/index.js";
 
-/** Between two rotations, component by component on the shorter way. */
+/** Interpolates two rotations component by component, along the shorter arc. */
 function nlerp(a, b, share) {
   const sign = a.reduce((sum, value, index) => sum + value * b[index], 0) < 0 ? -1 : 1;
   const mixed = a.map((value, index) => (1 - share) * value + sign * share * b[index]);
@@ -87,14 +87,14 @@ export function clipChecks(check, { mocap, made, kept, real, filesOf, written, a
     const many = (count) => {
       for (let index = 0; index < count; index += 1) clip.sample((index * 37) % 523, pose);
     };
-    // The compiler of JavaScript makes machine code of it first, which takes memory.
+    // Run the function first, because the JavaScript compiler takes memory for its machine code.
     many(30_000);
     const memory = mocap.memory;
     globalThis.gc();
     const before = process.memoryUsage().heapUsed;
     many(100_000);
     const taken = process.memoryUsage().heapUsed - before;
-    // The least that a call could allocate is 12 bytes.
+    // A call that allocates takes at least 12 bytes.
     assert.ok(taken < 600_000, `${taken} bytes of JavaScript`);
     assert.equal(mocap.memory, memory);
     clip.free();

@@ -1,8 +1,8 @@
-// Figures that are led by motion matching: where they go, memory, and damage.
+// Checks figures steered by motion matching: their paths, memory, and damaged databases.
 
 import assert from "node:assert/strict";
 
-/** Metres along +Z in three seconds at 1.2 metres a second. */
+/** The distance along +Z in three seconds at 1.2 m/s, in metres. */
 function walked(figure) {
   const begin = figure.root[1];
   for (let frame = 0; frame < 180; frame += 1) figure.steer(0, 1.2);
@@ -21,11 +21,11 @@ export function controllerChecks(check, { mocap, made, kept, real, filesOf, writ
       gone.push(walked(figure));
       assert.ok(gone.at(-1) > 2.5 && gone.at(-1) < 4.5, `${gone}`);
       assert.ok(Math.abs(Math.hypot(figure.root[2], figure.root[3]) - 1) < 1e-4);
-      // The hips are above the root, and matrices to the world are those to the parents, chained.
+      // The hips are above the root. World matrices are the products of the matrices relative to the parents.
       const hips = figure.nodeToWorld.subarray(12, 15);
       assert.ok(Math.hypot(hips[0] - figure.root[0], hips[2] - figure.root[1]) < 0.3 && hips[1] > 0.4, `${hips}`);
       assert.ok(figure.nodeToParent.every(Number.isFinite));
-      // To the left of +Z is +X.
+      // Left of a figure that faces +Z is +X.
       for (let frame = 0; frame < 240; frame += 1) figure.steer(1, 0);
       assert.ok(figure.root[0] > 0.5, `${figure.root}`);
       const [x, z] = figure.root;
@@ -78,11 +78,11 @@ export function controllerChecks(check, { mocap, made, kept, real, filesOf, writ
     const fresh = await load();
     const hero = fresh.read(filesOf(real("biovision_example1.bvh")));
     const figure = hero.controller([fresh.read(filesOf(real("cmu_12_01_walk.bvh")))]);
-    // Small integers: other numbers are objects of 16 bytes where a call is not inlined, which are not the figure's.
+    // Use small integers. In a call that is not inlined, other numbers are objects of 16 bytes, which the figure does not cause.
     const many = (count) => {
       for (let index = 0; index < count; index += 1) figure.steer(((index >> 7) % 3) - 1, (index >> 9) & 1);
     };
-    // The compiler of JavaScript makes machine code of it first, which takes memory.
+    // Run the function first, because the JavaScript compiler takes memory for its machine code.
     many(30_000);
     const memory = fresh.memory;
     globalThis.gc();
@@ -112,7 +112,7 @@ export function controllerChecks(check, { mocap, made, kept, real, filesOf, writ
     const whole = packed();
     for (let round = 0; round < 40; round += 1) {
       assert.throws(() => hero.controller(whole.slice(0, random(whole.length))));
-      // A slice of a buffer of Node is the buffer itself.
+      // Copy the bytes, because a slice of a Node buffer shares its memory.
       const bytes = Uint8Array.from(whole);
       bytes[random(bytes.length)] ^= 1 + random(255);
       assert.throws(() => hero.controller(bytes));

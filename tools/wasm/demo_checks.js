@@ -1,4 +1,4 @@
-// The page where a figure is walked, in headless Chromium.
+// Checks the page on which the user steers a figure, in headless Chromium.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -10,25 +10,25 @@ import { openPage } from "./browser_checks.js";
 
 const ROOT = join(import.meta.dirname, "../..");
 
-/** Frames a second that are wanted on a machine with nothing else to do, and the fewest on any. */
+/** The wanted frames per second on an idle machine, and the fewest on any machine. */
 const [WANTED, FEWEST] = [60, 15];
-/** The largest median speed of the ankle or the toes of a foot in stance over the ground, in m/s. */
+/** The largest median ground speed of the ankle or the toes of a foot in stance, in m/s. */
 const SLIDE = 0.05;
 
-/** Walks the figure of the page ahead and then to the side, five seconds each, and says how its feet stood: runs in the page. */
+/** Makes the figure walk ahead and then to the side, and measures how its feet slide. Runs in the page. */
 function slideOfFeet() {
   const { figure, hero } = window.demo;
   const ids = ["foot.L", "toe2-1.L", "foot.R", "toe2-1.R"].map((wanted) => hero.nodes.findIndex(({ name }) => name === wanted));
   const places = () => ids.map((id) => [figure.nodeToWorld[16 * id + 12], figure.nodeToWorld[16 * id + 14]]);
   const slides = [];
-  // It turns to where it goes first.
+  // First the figure turns to its walking direction.
   for (let frame = 0; frame < 300; frame += 1) figure.steer(0, 1.2);
   let before = places();
   for (let frame = 0; frame < 600; frame += 1) {
     const isAhead = frame < 300;
     figure.steer(isAhead ? 0 : 1.2, isAhead ? 1.2 : 0);
     const now = places();
-    // Of a walk one foot stands in every frame: the slowest point is of it.
+    // In every frame of a walk one foot stands, so the slowest point belongs to that foot.
     slides.push(Math.min(...now.map(([x, z], point) => 60 * Math.hypot(x - before[point][0], z - before[point][1]))));
     before = now;
   }
@@ -41,9 +41,9 @@ export function demoChecks(check) {
     if (!existsSync(join(import.meta.dirname, "demo/moves.mdb"))) execFileSync(join(import.meta.dirname, "demo/build"));
     const browser = await chromium.launch(launchOptions());
     try {
-      // Seen from behind: forward is +Z.
+      // The camera is behind the figure, so forward is +Z.
       const { page, trouble } = await openPage(browser, `tools/wasm/demo/index.html?yaw=${Math.PI}`, () => ROOT);
-      // A gamepad whose stick the check moves.
+      // Install a gamepad whose stick this check moves.
       await page.evaluate(() => { window.axes = [0, 0]; navigator.getGamepads = () => [null, { axes: window.axes }]; });
       await page.waitForFunction(() => window.demo, null, { timeout: 60_000 });
       const root = () => page.evaluate(() => [...window.demo.figure.root]);
@@ -53,7 +53,7 @@ export function demoChecks(check) {
       const walked = async (key, name) => {
         const before = await root();
         await page.keyboard.down(key);
-        // A machine without a graphics card makes up for few frames a second by several steps in each.
+        // A machine without a graphics card draws few frames per second, and takes several steps in each.
         await page.waitForTimeout(4000);
         await picture(name);
         await page.keyboard.up(key);
@@ -64,7 +64,7 @@ export function demoChecks(check) {
       assert.ok(forward[1] > 1 && Math.abs(forward[0]) < 0.7 * forward[1], `W: ${forward}`);
       const right = await walked("ArrowRight", "right");
       assert.ok(right[0] < -0.7, `right: ${right}`);
-      // The stick of the page, upwards.
+      // Move the stick of the page upwards.
       const box = await page.locator("#stick").boundingBox();
       await page.mouse.move(box.x + 60, box.y + 60);
       await page.mouse.down();
@@ -74,7 +74,7 @@ export function demoChecks(check) {
       await picture("stick");
       assert.ok((await root())[1] - before[1] > 0.7, `${before} ${await root()}`);
       await page.mouse.up();
-      // A gamepad's y is down: this is back, towards who looks on.
+      // The y axis of a gamepad points down, so this is backwards, to the viewer.
       await page.evaluate(() => { window.axes = [0, 1]; });
       const there = await root();
       await page.waitForTimeout(4000);

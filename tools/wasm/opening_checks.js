@@ -1,4 +1,4 @@
-// How the drop page opens files: that they play, what is put together, the list, and the picture.
+// Checks how the drop page opens files: playing, combining a motion and a character, the list, and the picture.
 
 import assert from "node:assert/strict";
 import { cpSync, readFileSync } from "node:fs";
@@ -6,7 +6,7 @@ import { join } from "node:path";
 
 export function openingChecks(pageCheck, { open, fixture, folder, program }) {
   const playing = (page) => page.evaluate(() => window.mocap.state.clips.map(({ name }) => name));
-  /** Where the figure is in the picture, from 0 to 1 from left to right and from top to bottom: lowest and highest of its joints. */
+  /** The smallest and largest position of the figure's joints in the picture, from 0 (left, top) to 1 (right, bottom). */
   const inPicture = (page) => page.evaluate(() => {
     const { player } = window.desk;
     const { clip, stage, canvas } = player;
@@ -52,7 +52,7 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
   pageCheck("Frame sees the skin whole", async (browser) => {
     const { page, drop, trouble } = await open(browser);
     await drop(fixture("characters/human_vrm0.vrm"));
-    // Every vertex by the renderer's own matrices, in the picture.
+    // Compute the position of every vertex in the picture with the renderer's matrices.
     const parts = await page.evaluate(() => {
       const { stage, clip } = window.desk.player;
       stage.frameAll();
@@ -78,12 +78,12 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
     await picture("character");
     await dropOnFigure(fixture("real/cmu_12_01_walk.bvh"));
     assert.deepEqual(await playing(page), ["cmu_12_01_walk on human_default"]);
-    // Another character takes the motion over, another motion the character.
+    // A new character takes over the motion, and a new motion keeps the character.
     await dropOnFigure(fixture("characters/human_vrm0.vrm"));
     assert.deepEqual(await playing(page), ["cmu_12_01_walk on human_vrm0"]);
     await dropOnFigure(fixture("real/cmu_short.bvh"));
     assert.deepEqual(await playing(page), ["cmu_short on human_vrm0"]);
-    // Beside the picture it is opened alone; a file that cannot be retargeted gives a notice and is shown alone.
+    // A file dropped beside the picture opens alone. A file that cannot be retargeted opens alone with a notice.
     await drop(fixture("real/z_up_dab.bvh"));
     assert.deepEqual(await playing(page), ["z_up_dab.bvh"]);
     await drop(fixture("characters/human_vrm0.vrm"), fixture("real/lecture_Test.bvh"));
@@ -99,7 +99,7 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
     await drop(fixture("real/lecture_Test.bvh"), fixture("real/cmu_short.bvh"), fixture("broken/empty.bvh"));
     await drop(fixture("real/cmu_short.bvh"));
     assert.deepEqual(await names(), ["cmu_short.bvh", "empty.bvh", "lecture_Test.bvh"]);
-    // An error has its own text; the picture says whose it is.
+    // The details show the error, and a text names the file in the picture.
     await chooseRow(opened, "empty.bvh");
     assert.equal(await page.textContent("#not-shown"), "The picture shows cmu_short.bvh.");
     await page.click("[aria-label='Remove cmu_short.bvh from the list']");
@@ -141,7 +141,7 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
     await drop(file);
     assert.equal(await page.locator("#clip option").count(), 3);
     const frames = () => page.evaluate(() => window.mocap.state.clips[0].frames);
-    // As the BVH says, without the rest pose.
+    // The expected frames are the frames of the BVH without the rest pose.
     const framesOf = (path) => Number(/Frames:\s*(\d+)/.exec(readFileSync(path, "latin1"))[1]);
     const whole = await frames();
     await page.selectOption("#clip", "1");

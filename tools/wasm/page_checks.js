@@ -1,4 +1,4 @@
-// The drop page in headless Chromium, used as a person uses it: from a file, with files dropped on it.
+// Checks the drop page in headless Chromium as a person uses it: opened from a file, with dropped files.
 
 import assert from "node:assert/strict";
 import { cpSync, mkdirSync, readFileSync, readdirSync, statSync, writeFileSync } from "node:fs";
@@ -15,12 +15,12 @@ import { savingChecks } from "./saving_checks.js";
 const PAGE = join(import.meta.dirname, "mocap.html");
 const LARGEST = 2.8e6;
 
-// With MOCAP_PICTURES=FOLDER there are screenshots to look at.
+// With MOCAP_PICTURES=FOLDER, the checks write screenshots to the folder.
 
-/** The page with what a person does to it. `trouble` collects every message, every error and every request. */
+/** Opens the page, with functions for a person's actions. `trouble` collects every message, error and request. */
 const open = (browser, options) => openPage(browser, pathToFileURL(PAGE).href, options);
 
-/** The same of another page. */
+/** Like `open`, for another page. */
 async function openPage(browser, address, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, acceptDownloads: true, reducedMotion: "reduce", ...options });
   const page = await context.newPage();
@@ -49,9 +49,9 @@ async function openPage(browser, address, options = {}) {
     page,
     trouble,
     idle,
-    /** Drops files and folders on the page, as a desktop does: beside the picture. */
+    /** Drops files and folders on the page beside the picture, as a desktop does. */
     drop: (...files) => drop(200, ...files),
-    /** The same on the picture. */
+    /** Drops files on the picture. */
     dropOnFigure: (...files) => drop(640, ...files),
     items: () => page.evaluate(() => window.desk.items.map(({ name, state, summary, error }) => ({ name, state, summary, code: error?.code, line: error?.line }))),
     async saved(format, folder) {
@@ -85,7 +85,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
 
   check("page", "bytes come back from text that an element of HTML keeps", () => {
     for (let length = 0; length < 600; length++) {
-      // All numbers, and those of which seven bits are a letter that is replaced: 0 everywhere, 13 and 60 in the first ones.
+      // Many numbers, and bytes whose first seven bits are a replaced character: 0, 13 (from 26) and 60 (from 120).
       for (const bytes of [(k) => k * k * 37 + length * 11, () => 0, () => 26, () => 120].map((byte) => Uint8Array.from({ length }, (_, k) => byte(k)))) {
         const text = toBase128(bytes);
         assert.doesNotMatch(text, /[\0\r<]/);
@@ -176,7 +176,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     assert.match(await page.textContent("#notice"), /^Stopped\. Press a file in the list/);
     await drop(fixture("real/cmu_short.bvh"));
     assert.deepEqual((await items()).map(({ state }) => state), ["ok", "ok"]);
-    // The same where the module ends within a call.
+    // Likewise if the module ends during a call.
     await page.evaluate(() => window.desk.reader.take({ id: -1, error: { code: "defect", message: "a defect of the library: made up" } }));
     assert.match(await page.textContent("#notice"), /ended and was started again: a defect/);
     await drop(fixture("real/z_up_dab.bvh"));
@@ -208,7 +208,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     await page.waitForFunction(() => window.mocap.state.clips.length === 2);
     assert.deepEqual(await playing(), ["short.bvh", "clip 3.bvh"]);
     await picture("folder");
-    // By the button for folders too.
+    // Open the same folder with the button.
     await page.setInputFiles("#folder-input", clips);
     await page.waitForFunction(() => window.desk.openings === 2 && !window.desk.opening);
     assert.equal((await items()).length, 20, "no file is there twice");
@@ -237,7 +237,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     await page.evaluate(() => window.mocap.seek(9));
     await page.click("#trim-first-here");
     await idle();
-    // The tenth of the frames that are left is the eleventh of the file.
+    // Without the rest pose, frame 9 of the motion is frame 10 of the file.
     assert.equal(await page.inputValue("#trim-first"), "10");
     assert.equal((await clip()).frames, 110);
     await picture("changed");
@@ -262,7 +262,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     await drop(walk);
     const frames = () => page.evaluate(() => window.mocap.state.clips[0].frames);
     const commanded = async (name) => {
-      // The page saves a file of this name, which the program did not write and does not replace.
+      // The page saved a file with this name, so the program uses another name.
       const output = join(folder, `${name}-${(await page.textContent("#command-text")).split(" ").at(-1)}`);
       const line = (await page.textContent("#command-text")).replaceAll("'", "").split(" ");
       const words = line.map((word) => (word === basename(walk) ? walk : word)).slice(1, -1);
@@ -273,7 +273,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
       writeFileSync(file, JSON.stringify({ ...job, source: { ...job.source, inputs: [walk] }, write: { output: made } }));
       assert.ok(program("run", file), "the program does not take the job");
       const found = readFileSync(await saved("glb", folder));
-      // The numbers of the motion, behind the JSON with what was assumed and in which order it was done: the page converts last.
+      // Compare only the numbers of the motion. The JSON before them differs, because the page converts the scene last.
       const numbers = (glb) => glb.subarray(20 + glb.readUInt32LE(12));
       return [output, made].map((file) => numbers(readFileSync(file)).equals(numbers(found)));
     };
@@ -287,7 +287,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     assert.ok(await frames() < whole / 2, `${await frames()} of ${whole} frames`);
     assert.equal(await page.locator("#step-list li").count(), 1);
     await picture("steps");
-    // No sine is needed for it, so the numbers are those of the program.
+    // Trimming needs no sine, so the numbers equal the program's.
     assert.deepEqual(await commanded("trimmed"), [true, true]);
     await page.selectOption("#step-name", "smooth");
     await page.fill("#step-key-cut-off", "no number");
@@ -316,7 +316,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     const { page, drop, idle, items, saved, trouble, picture } = await open(browser);
     const [walk, character] = ["real/cmu_12_01_walk.bvh", "characters/human_vrm0.vrm"].map(fixture);
     await drop(walk, character);
-    // Both were dropped, so one is on the other at once.
+    // Both files were dropped together, so the motion is retargeted at once.
     assert.deepEqual((await items()).map(({ name }) => name), ["human_vrm0.vrm", "cmu_12_01_walk.bvh", "cmu_12_01_walk on human_vrm0"].sort((a, b) => a.includes(" on ") - b.includes(" on ") || a.localeCompare(b)));
     assert.deepEqual(await page.evaluate(() => window.mocap.state.clips.map(({ name }) => name)), ["cmu_12_01_walk on human_vrm0"]);
     await page.click("#opened .item >> text=cmu_12_01_walk.bvh");
@@ -420,7 +420,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
 
   pageCheck("a clip of 2 MB is drawn soon after the drop", async (browser) => {
     const { page, drop } = await open(browser);
-    // A person takes longer to find a file than the reader to get ready.
+    // Wait until the reader is ready. A person needs longer to find a file.
     await page.waitForFunction(() => window.desk.reader.isWarm);
     const clip = fixture("real/cmu_01_01.bvh");
     await page.evaluate(() => {
@@ -432,7 +432,7 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
     const times = [];
     for (let round = 0; round < 4; round++) {
       await page.evaluate(() => { window.drawnAt = undefined; });
-      // A file that is open already is not read again.
+      // Use a new file, because the page does not read an open file again.
       const fresh = join(folder, `clip ${round}.bvh`);
       cpSync(clip, fresh);
       await drop(fresh);

@@ -1,13 +1,12 @@
 // Makes the pictures of README.md: states of the drop page in headless Chromium.
 //
-//   node tools/wasm/pictures.js      # after tools/wasm/check or build; needs ffmpeg
+//   node tools/wasm/pictures.js [NAME..]      # after tools/wasm/check or build; needs ffmpeg
 
-import { execFileSync } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
-import { launchOptions } from "../chromium.mjs";
+import { launchOptions, savePicture } from "../chromium.mjs";
 
 const here = import.meta.dirname;
 const folder = join(here, "pictures");
@@ -16,11 +15,11 @@ const DESK = { viewport: { width: 1280, height: 760 } };
 const PHONE = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
 const [WALK, G1] = ["real/cmu_12_01_walk.bvh", "robots/g1_29dof_rev_1_0.urdf"].map(fixture);
 
-/** Each picture: its name, how the page is opened, and what a person does. */
+/** Each picture: its name, the options of the page, and the actions of a person. */
 const PICTURES = [
   ["start", DESK, async () => {}],
   ["walk", DESK, async ({ page, open, seek }) => { await open(WALK); await seek(200); await page.click("#tree >> text=LeftFoot"); await page.waitForTimeout(500); }],
-  ["character", DESK, async ({ open, seek }) => { await open(WALK, fixture("characters/human_vrm0.vrm")); await seek(260); }],
+  ["character", DESK, async ({ open, seek }) => { await open(WALK, fixture("characters/human_game_engine.glb")); await seek(260); }],
   ["robot", DESK, async ({ page, open, seek }) => { await open(WALK, G1); await page.click("#robot summary"); await page.selectOption("#robot-joint", "3"); await seek(200); await page.locator("#robot-report").scrollIntoViewIfNeeded(); }],
   ["steps", DESK, async ({ page, open }) => { await open(WALK); await page.click("#steps summary"); await page.waitForSelector("#step-name option", { state: "attached" }); await page.locator("#step-row").scrollIntoViewIfNeeded(); }],
   ["broken", { ...DESK, colorScheme: "dark" }, async ({ open }) => { await open(WALK); await open(fixture("broken/unknown_channel.bvh")); }],
@@ -47,10 +46,6 @@ for (const [name, options, act] of PICTURES) {
   const seek = async (tick) => { await page.evaluate((tick) => window.mocap.seek(tick), tick); await drawn(); };
   await act({ page, open, seek });
   await drawn();
-  const whole = join(folder, `${name}.whole.png`);
-  await page.screenshot({ path: whole });
-  // 256 colours are a third of the bytes.
-  execFileSync("ffmpeg", ["-v", "error", "-y", "-i", whole, "-vf", "split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=none", join(folder, `${name}.png`)]);
-  execFileSync("rm", [whole]);
+  await savePicture(page, join(folder, `${name}.png`));
   await browser.close();
 }

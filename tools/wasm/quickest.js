@@ -1,4 +1,4 @@
-/** The milliseconds of the quickest of `rounds` runs of each function, in turns, so that a busy machine is fair to all. */
+/** The milliseconds of the fastest of `rounds` runs of each function. Runs alternate, so other load affects all equally. */
 export function quickest(runs, rounds) {
   const best = runs.map(() => Infinity);
   for (let round = 0; round < rounds; round++) {

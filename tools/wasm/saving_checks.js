@@ -1,4 +1,4 @@
-// What the drop page makes beside files of motion: films, pictures, pages, archives, steps of a dragged hand, motions on robots.
+// Checks other outputs of the drop page: films, pictures, pages, archives, steps of a dragged hand, motions on robots.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -6,12 +6,12 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-/** Films are compared in squares of so many pixels, whose mean is taken: a film has half of the colours of a picture. */
+/** The side in pixels of squares whose mean colours are compared: a film has half of a picture's colour resolution. */
 const SQUARE = 20;
-/** Of 255, how far such a mean may be off: what a film of this size loses, and 256 colours. */
+/** The largest error of a mean, out of 255: for the loss of a film of this size, and for the 256 colours of a GIF. */
 const [OFF_FILM, OFF_GIF] = [6, 12];
 
-/** The pictures of a film as ffmpeg decodes them: three bytes a pixel. */
+/** The pictures of a film, decoded by ffmpeg: three bytes per pixel. */
 function decoded(path) {
   const raw = execFileSync("ffmpeg", ["-v", "error", "-i", path, "-fps_mode", "passthrough", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"], { maxBuffer: 1 << 30 });
   const size = execFileSync("ffprobe", ["-v", "error", "-select_streams", "v", "-show_entries", "stream=width,height", "-of", "csv=p=0", path], { encoding: "utf8" });
@@ -20,7 +20,7 @@ function decoded(path) {
   return { width, height, pictures: Array.from({ length: raw.length / length }, (_, i) => raw.subarray(i * length, (i + 1) * length)) };
 }
 
-/** The mean of each part of colour in each square. */
+/** The mean of each colour component in each square. */
 function squaresOf(pixels, width, height, stride, square) {
   const means = [];
   for (let top = 0; top + square <= height; top += square) {
@@ -35,7 +35,7 @@ function squaresOf(pixels, width, height, stride, square) {
   return means;
 }
 
-/** The same of what the page draws as the picture `index` of a film from 1 s to 2 s: runs in the page. */
+/** The means of the picture `index` that the page draws for a film from 1 s to 2 s. Runs in the page. */
 function drawnSquares([index, rate, width, height], square, squaresOf) {
   const { player } = window.desk;
   const { stage, canvas } = player;
@@ -55,7 +55,7 @@ function drawnSquares([index, rate, width, height], square, squaresOf) {
   return squaresOf(pen.getImageData(0, 0, width, height).data, width, height, 4, square);
 }
 
-/** The arrays of an .npz that is not packed: the numbers of each, as text for names. */
+/** The arrays of an uncompressed .npz: numbers, or text for names. */
 function arraysOf(bytes) {
   const arrays = {};
   for (let at = 0; bytes.readUInt32LE(at) === 0x04034b50; ) {
@@ -72,7 +72,7 @@ function arraysOf(bytes) {
 }
 
 export function savingChecks(pageCheck, { open, openPage, fixture, folder, program }) {
-  /** A file that a press makes. */
+  /** Presses a button, and returns the path of the saved file. */
   const made = async (page, selector, name) => {
     const [download] = await Promise.all([page.waitForEvent("download", { timeout: 120_000 }), page.click(selector)]);
     const path = join(folder, name ?? download.suggestedFilename());
@@ -93,11 +93,11 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
   pageCheck("a film is what is shown, picture by picture, as ffmpeg decodes it", async (browser) => {
     const { page, drop, trouble } = await open(browser);
     await drop(fixture("real/cmu_12_01_walk.bvh"));
-    // A second of it.
+    // Save one second of the motion.
     await page.evaluate(() => { const { player } = window.desk; player.line.range = [1, 2]; player.seekTime(1); player.line.show(); });
     await page.click("#save-film");
     for (const [kind, rate, most] of [["webm", 24, OFF_FILM], ["mp4", 24, OFF_FILM], ["gif", 20, OFF_GIF]]) {
-      // Not every Chromium encodes H.264.
+      // Some builds of Chromium do not encode H.264.
       if (await page.locator(`#film-kind [value=${kind}]`).isDisabled()) continue;
       await page.selectOption("#film-kind", kind);
       if (kind !== "gif") await page.selectOption("#film-rate", "24");
@@ -132,7 +132,7 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
     await again.idle();
     assert.deepEqual(await seen(again.page), before);
     assert.deepEqual((await again.page.evaluate(() => window.desk.items.map(({ steps }) => steps))).flat(), ["mirror"]);
-    // It is a page like any other, and can be saved again.
+    // A saved page can be saved again.
     await again.drop(fixture("real/lecture_Test.bvh"));
     const second = await openPage(browser, pathToFileURL(await made(again.page, "#save-page")).href);
     await second.idle();
@@ -200,7 +200,7 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
     const [from, to, tick] = await page.evaluate(() => ["min", "max", "value"].map((name) => Number(document.getElementById("scrub")[name])));
     assert.ok(to - from < 70 && from < 300 && to > 300 && tick === 300, `${from} to ${to}, at ${tick}`);
     assert.equal(await page.isVisible("#part"), true);
-    // What is played comes into view.
+    // The time line shows the current time.
     await page.evaluate(() => window.mocap.seek(20));
     await page.waitForFunction(() => Number(document.getElementById("scrub").min) <= 20);
     for (const key of [",", ",", ",", ","]) await page.keyboard.press(key);
@@ -218,7 +218,7 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
     assert.equal(await page.evaluate(() => Boolean(window.mocap.state.clips[0].skin)), true, "its links have shapes");
     await page.click("#robot summary");
     assert.equal(await page.locator("#robot-joint optgroup").first().locator("option").count(), 29);
-    // The curve of a limb has the mean that the report has of it.
+    // The mean of a limb's curve equals the mean in the report.
     const limbs = await page.evaluate(() => window.desk.chosen.answer.retargeted.limbs.map(({ bone, mean_degrees: mean }) => [bone, mean]));
     assert.ok(limbs.length >= 8);
     for (const [bone, mean] of limbs.slice(0, 2)) {
@@ -236,7 +236,7 @@ export function savingChecks(pageCheck, { open, openPage, fixture, folder, progr
       assert.equal(found[name].length, values.length, name);
       assert.ok(off < 0.01, `${name} is ${off} off`);
     }
-    // Its meshes, dropped beside it: a tetrahedron, in text.
+    // Drop the robot with a mesh: a tetrahedron, as text.
     const corners = [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]];
     const faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
     const text = faces.map((face) => `facet normal 0 0 0\nouter loop\n${face.map((corner) => `vertex ${corners[corner].join(" ")}\n`).join("")}endloop\nendfacet\n`);

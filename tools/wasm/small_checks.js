@@ -1,4 +1,4 @@
-// Compares the small module of the package, BVH to GLB alone, with the program.
+// Compares the small module of the package, which only converts BVH to GLB, with the program.
 
 import assert from "node:assert/strict";
 import { readFileSync, statSync } from "node:fs";
@@ -17,7 +17,7 @@ export function smallChecks(check, { all, sample, made, written, assertSame, par
         continue;
       }
       const [[json, floats], [expectedJson, expectedFloats]] = [partsOf(bytes), partsOf(expected)];
-      // The name and the hash of the file are in the asset, and the clip has the name of the file.
+      // Ignore the asset, which has the name and the hash of the file, and the name of the clip, which is the file's.
       const named = ({ asset, animations, ...rest }) => ({ ...rest, animations: animations?.map(({ name, ...animation }) => animation) });
       assert.deepEqual(named(json), named(expectedJson), path);
       assert.deepEqual(floats, expectedFloats, path);

@@ -1,4 +1,4 @@
-// Compiled, not run: what a user of the package writes, with its types.
+// Code of a user of the package, which is compiled with the types but not run.
 
 import { loadBvh } from "./package/bvh.js";
 import { MocapError, load, type Scene } from "./package/index.js";
@@ -45,7 +45,7 @@ try {
   if (error instanceof MocapError) console.log(error.code, error.line, error.column, error.joint, error.help);
 }
 
-// @ts-expect-error an axis that there is not
+// @ts-expect-error an unknown axis
 mocap.read("", "a.bvh").convert({ up: "x" });
 
 // Each line has a mistake: a misspelt option, a wrong word, an option of another kind.
@@ -70,7 +70,7 @@ scene.convert({ unit: "miles" });
 scene.toGlb({ maxEror: 0.001 });
 // @ts-expect-error
 scene.toGlb({ compress: "meshopt" });
-// @ts-expect-error a unit that there is not
+// @ts-expect-error an unknown unit
 scene.toGlb({ maxError: "1 inch" });
 // @ts-expect-error
 scene.toBvh({ channels: 6 });

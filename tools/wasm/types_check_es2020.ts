@@ -1,4 +1,4 @@
-// Compiled, not run: a program without `using`, for the library of 2020.
+// A program without `using`, which is compiled for the library of 2020 but not run.
 
 import { load, type Scene } from "./package/index.js";
 

@@ -49,7 +49,7 @@ export class OrbitCamera {
 }
 
 // One pointer turns the camera, or moves it with Shift or another button. Two pointers zoom and move it. A press
-// without a move selects. `grab` may return a handler of a drag, which replaces the camera.
+// without a movement selects. `grab` may return a handler of the drag; then the drag does not move the camera.
 export function listenToPointers(canvas, camera, { changed, hover, choose, grab }) {
   const pointers = new Map();
   let held = null;

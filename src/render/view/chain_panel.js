@@ -1,5 +1,5 @@
-// The chain of the selected joint, T = J0 L1 J1 L2 ...: its matrices, one more with each step, and the lines of the
-// file that define them.
+// Shows the chain of the selected joint, T = J0 L1 J1 L2 ... The user multiplies its matrices one by one. The panel
+// also shows the lines of the file that define the last matrix.
 
 import { byId, make, short } from "./dom.js";
 import { transformPoint } from "./math.js";
@@ -133,7 +133,7 @@ export class ChainPanel {
     if (byId("file-lines").hidden) return;
     const { clip, text } = this;
     const part = this.parts[this.last];
-    // If a step changed the clip, the rows of the file differ.
+    // If a step changed the clip, the rows of the file do not describe the clip.
     const { all, marked, names } = clip.file ? text.columns(clip.nodes, part) : { marked: [] };
     const row = marked.length ? text.row(Math.floor(clip.tick), all) : null;
     byId("motion-row").hidden = byId("motion-title").hidden = !row;

@@ -16,7 +16,8 @@ export class Chart {
     canvas.addEventListener("pointermove", (event) => { if (event.buttons) toTime(event); });
   }
 
-  // Draws rows from one frame to another. The first `filled` numbers are known. `unit` follows the numbers.
+  // Draws the rows as curves, from the frame `from` to the frame `to`. Only the first `filled` numbers of a row are
+  // known. Labels show `unit` after their numbers.
   show(rows, { filled, colors, unit, from = 0, to = rows[0].length - 1 }) {
     Object.assign(this, { rows, filled, colors, unit, from, to });
     this.drawCurves();

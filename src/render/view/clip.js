@@ -15,9 +15,10 @@
 //   isTurned             whether the page turns the figure by 180 degrees, so that the viewer sees its front
 //   contacts             points of feet: node, bone, and intervals, lists of first and last frame at rest
 //   limbs                null, or the angles between the limbs and another clip's limbs: nodes (at the start of each limb),
-//                        bones, frames, angles (for each frame, limb after limb, in steps), step (in degrees), mean, largest
+//                        bones, frames, angles (in steps; all frames of the first limb, then of the next), step (in
+//                        degrees), mean, largest
 //   morphs               null, or the weights of animated morph targets: sliders (slider, least, step), frames, weights
-//                        (for each frame, slider after slider, in steps above the least)
+//                        (in steps above the least; all frames of the first slider, then of the next slider)
 //   nodes                parents first. Each has name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
 //                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order,
 //                        turns, moves, and the tracks translation, rotation, scale. A track has values (Float32Array)
@@ -45,7 +46,7 @@ export class Clip {
   constructor(data, index) {
     Object.assign(this, data);
     this.index = index;
-    // Rows of the matrix from the file's axes to the page's.
+    // Rows of the matrix from the file's axes to the page's axes.
     const signs = this.isTurned ? [-1, 1, -1] : [1, 1, 1];
     this.rows = TO_Y_UP[this.up].map((row, axis) => scale(row, signs[axis]));
     // The matrices in the current pose, from each node to its parent and to the world.
@@ -104,7 +105,8 @@ export class Clip {
     this.world[id] = parent < 0 ? this.locals[id] : multiply(this.world[parent], this.locals[id]);
   }
 
-  // Rotates a node and its descendants about the node's position, along the axes of the world, in the current pose.
+  // Rotates a node and its descendants in the current pose, about the node's position. `rotation` is in the axes of the
+  // world.
   rotate(id, rotation) {
     const { parent } = this.nodes[id];
     const local = this.locals[id];

@@ -20,7 +20,7 @@ const SURENESS = { sure: 1, likely: 0.6, unsure: 0.3 };
 
 export const mix = (a, b, share) => [0, 1, 2].map((i) => a[i] + (b[i] - a[i]) * share);
 
-// The colour of a humanoid bone. Less confidence makes it greyer.
+// The colour of a humanoid bone. Less confidence makes the colour greyer.
 export const boneColor = ({ side, confidence }) => mix(NO_BONE, BONE_SIDES[side], SURENESS[confidence]);
 
 export function errorColor(degrees) {
@@ -29,7 +29,7 @@ export function errorColor(degrees) {
   return share < 0.5 ? mix(least, middle, 2 * share) : mix(middle, most, 2 * share - 1);
 }
 
-// The colour of a node, by clip if there are several clips.
+// The colour of a node. If there are several clips, it is the colour of the clip.
 export function sideColor(clip, side, severalClips) {
   if (!severalClips) return SIDES[side];
   return side === "left" ? mix(clip.color, [1, 1, 1], 0.22) : side === "right" ? mix(clip.color, [0, 0, 0], 0.22) : clip.color;

@@ -22,7 +22,7 @@ use super::skin::Skin;
 #[serde(rename_all = "camelCase")]
 pub(super) struct Description {
     name: String,
-    /// The name of its file, if no step changed the motion.
+    /// The name of the clip's file, if no step changed the motion.
     file: Option<String>,
     facts: String,
     frames: u64,
@@ -45,7 +45,8 @@ pub(super) struct Description {
     assumptions: Vec<String>,
     /// Whether the skeleton is a humanoid.
     humanoid: bool,
-    /// Whether the figure has a skin and faces -Z at rest, as VRM 0 requires. The page then shows it from its front.
+    /// Whether the figure has a skin and faces -Z at rest, as VRM 0 requires. The page then shows the figure from its
+    /// front.
     is_turned: bool,
     pub(super) skin: Option<Skin>,
     contacts: Vec<Contact>,
@@ -66,21 +67,21 @@ pub(super) struct SourceFile {
 struct NodeDescription {
     name: String,
     kind: NodeKind,
-    /// -1 for the root.
+    /// The index of the parent; -1 for the root.
     parent: i64,
     side: Side,
     lines: Option<SourceLines>,
-    /// The axes of its Euler angles in the order of its channels: 0 for x, 1 for y, 2 for z.
+    /// The axes of the node's Euler angles in the order of its channels: 0 for x, 1 for y, 2 for z.
     order: [usize; 3],
-    /// Whether the file has rotation channels for it.
+    /// Whether the file has rotation channels for the node.
     turns: bool,
-    /// Whether the file has position channels for it.
+    /// Whether the file has position channels for the node.
     moves: bool,
-    /// Whether it belongs to the figure, and is not an ancestor of it.
+    /// Whether the node belongs to the figure, and is not an ancestor of the figure.
     in_body: bool,
-    /// Whether it is drawn.
+    /// Whether the node is drawn.
     is_shown: bool,
-    /// Whether a link from its parent is drawn.
+    /// Whether a link from the parent to the node is drawn.
     is_linked: bool,
     bone: Option<Bone>,
     translation: Track,
@@ -220,7 +221,7 @@ fn anchors(scene: &Scene, humanoid: &Humanoid) -> Vec<usize> {
     if free.is_empty() { vec![0] } else { free }
 }
 
-/// Measures a few dozen poses.
+/// Measures the figure in a few dozen poses.
 fn measure(clip: &Clip<'_>, in_body: &[bool], known: &Figure) -> Size {
     let metres_per_unit = known.survey.metres_per_unit;
     let mut figure = DrawnClip::of_figure(*clip, known);
@@ -239,7 +240,7 @@ fn measure(clip: &Clip<'_>, in_body: &[bool], known: &Figure) -> Size {
         let middle = 0.5 * (low + high);
         reach = body().map(|position| position.distance(middle)).fold(reach, f32::max);
     }
-    // A lone joint, or several at one position, are shown as in a figure of one metre.
+    // A lone joint, and joints at one position, have no extent. They are shown as in a figure of one metre.
     let reach = f64::from(reach) * metres_per_unit;
     Size {
         reach: if reach > 0.0 && reach.is_finite() { reach } else { 1.0 },

@@ -1,5 +1,5 @@
-// Inverse kinematics of a chain with any number of bones, with the steps of `ik::ChainOptions`. FABRIK (Aristidou and
-// Lasenby, 2011) converges quickly, and the last step is exact.
+// Inverse kinematics of a chain with any number of bones. The steps are those of the library's `ik::ChainOptions`.
+// FABRIK (Aristidou and Lasenby, 2011) converges quickly, and the last step is exact.
 
 import { add, clamp, dot, length, normalize, scale, sub } from "./math.js";
 import { arc, turned, twoBone } from "./reach.js";
@@ -51,7 +51,8 @@ export function bentPositions(positions, goal, tolerance = NEAR_ENOUGH) {
   return closed.isMet || isMet() ? points : placedInTurn(points, lengths, goal, aside);
 }
 
-// Moves collinear bones aside by a tenth. Otherwise a chain in line with the goal would stay in line.
+// Moves the joints of a straight chain aside, by a tenth of the length of a bone. Otherwise a chain in line with the
+// goal would stay in line.
 function leaveLine(positions, goal, { lengths, whole, aside, tolerance }) {
   const start = positions[0];
   const end = positions.at(-1);
@@ -61,8 +62,8 @@ function leaveLine(positions, goal, { lengths, whole, aside, tolerance }) {
   return positions.map((point, i) => (i ? add(point, scale(aside, (i % 2 ? 0.1 : -0.1) * lengths[i - 1])) : point));
 }
 
-// Places joint after joint, from the first. Each stays as near to its position as possible while the remaining bones
-// can still reach the goal.
+// Places joint after joint, from the first. Each joint stays as near to its previous position as possible while the
+// remaining bones can still reach the goal.
 function placedInTurn(before, lengths, goal, aside) {
   const points = [...before];
   lengths.forEach((bone, i) => {
@@ -82,8 +83,8 @@ function placedInTurn(before, lengths, goal, aside) {
   return points;
 }
 
-// Turns the chain as two rigid parts, about its start and about one joint between them. The joint with the smallest
-// turn is chosen.
+// Turns the chain as two rigid parts: the first about the start of the chain, the second about the joint between the
+// parts. Of all joints, the one with the smallest turn is chosen.
 function closedPositions(points, goal, tolerance) {
   const start = points[0];
   const last = points.length - 1;
@@ -116,7 +117,8 @@ export function bendChain(clip, joints, goal) {
   });
 }
 
-// The chains that can be dragged by their ends: from below the last branch, or from the root, to each end effector.
+// The chains that can be dragged by their ends. A chain goes from below the last branch, or from the root, to an end
+// effector.
 export function chainsOf(nodes, children) {
   const chains = new Map();
   nodes.forEach((node, end) => {

@@ -6,9 +6,9 @@ import { Gif, paletteOf } from "./gif.js";
 import { mp4Of } from "./mp4.js";
 import { webmOf } from "./webm.js";
 
-// The codecs to try for each file extension: the browser's name, and WebM's name. The levels allow any size.
+// The codecs to try for each file extension: the browser's name, and WebM's name. The levels allow large pictures.
 const CODECS = { mp4: [["avc1.640034"], ["avc1.42003d"]], webm: [["vp09.00.51.08", "V_VP9"], ["vp8", "V_VP8"]] };
-// Bits per pixel of a film.
+// Bits per pixel of each picture of a film.
 const BITS = 0.2;
 // Seconds between key frames.
 const KEY_EVERY = 2;

@@ -82,7 +82,7 @@ fn encoded(link: &str) -> String {
 }
 
 impl ListingEntry {
-    /// A page that lists clips with a picture, their length and their warnings, and links to the player of each.
+    /// A page that lists clips with a picture, their length and their warnings, and links to the player of each clip.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

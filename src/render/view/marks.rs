@@ -1,5 +1,5 @@
 //! Data about a clip in addition to its motion: the ground contacts of its feet, and the angles between its limbs and
-//! another clip's.
+//! the limbs of another clip.
 
 use serde::Serialize;
 
@@ -29,7 +29,8 @@ impl Contact {
 /// The step of an angle, in degrees.
 const STEP: f32 = 0.01;
 
-/// The compared limbs. Their block has 16 bits for each frame, limb after limb: the angle in steps.
+/// The compared limbs. Their block has the angles in steps, as numbers of 16 bits: all frames of the first limb, then
+/// all frames of the next limb.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Limbs {
@@ -41,7 +42,7 @@ pub(super) struct Limbs {
     nodes: Vec<usize>,
     /// The bone of each limb.
     bones: Vec<&'static str>,
-    /// Over all limbs and frames, in degrees.
+    /// The mean angle over all limbs and frames, in degrees.
     mean: f64,
     largest: f64,
 }

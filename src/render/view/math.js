@@ -32,7 +32,7 @@ export function slerp(a, b, share) {
   return mixed.map((value) => value / size);
 }
 
-// Translation x rotation x scale.
+// The matrix translation x rotation x scale.
 export function compose(t, q, s) {
   const [x, y, z, w] = q;
   return [
@@ -100,7 +100,7 @@ export function matrixAngles(m, order) {
   return [first, Math.asin(sine), third].map((angle) => (angle * 180) / Math.PI);
 }
 
-// Of all angles of the same rotation, the angles nearest to the previous tick's.
+// Of all angles of the same rotation, the angles nearest to the angles of the previous tick.
 export function nearestAngles(before, [a, b, c]) {
   const near = [[a, b, c], [a + 180, 180 - b, c + 180]].map((angles) =>
     angles.map((angle, i) => angle - 360 * Math.round((angle - before[i]) / 360)));

@@ -37,7 +37,7 @@ export class MorphSliders {
     this.set(weights);
   }
 
-  // Resets the weights to the file's: constant or animated.
+  // Resets the weights to the weights in the file, which are constant or animated.
   reset() {
     const { clip, skin } = this;
     skin.isHeld = false;

@@ -1,6 +1,7 @@
 //! Morph targets of a skin for a page.
 //!
-//! Targets with the same name are one slider, over all meshes. The block contains three parts for all sliders together:
+//! Morph targets with the same name share one slider, even if they belong to several meshes. The block contains three
+//! parts for all sliders together:
 //!
 //! - the affected vertices (32 bits)
 //! - the position offsets (3 signed numbers of 16 bits, in steps of the slider)
@@ -26,8 +27,8 @@ pub struct Morph {
     pub step: f32,
 }
 
-/// The weights of the sliders that the file's motion moves. Their block has 16 bits for each frame, slider after
-/// slider.
+/// The weights of the sliders that the file's motion moves. Their block has numbers of 16 bits: all frames of the
+/// first slider, then all frames of the next slider.
 #[derive(Debug, Serialize)]
 pub(super) struct MorphMotion {
     /// The id of the element with the block.
@@ -48,7 +49,7 @@ struct SliderState {
 const LARGEST_MOTION: usize = 16 << 20;
 
 impl MorphMotion {
-    /// The motion of these sliders with its bytes. A note if it cannot be shown.
+    /// The motion of these sliders with its bytes. If the motion cannot be shown, a note says why.
     pub(super) fn new(
         scene: &Scene,
         frames: usize,
@@ -60,12 +61,12 @@ impl MorphMotion {
             return Ok(None);
         }
         if scene.metadata.steps.iter().any(is_other) {
-            return Err("the morph targets do not move, because steps changed the motion".to_owned());
+            return Err("the page does not move the morph targets, because steps changed the motion".to_owned());
         }
         if 2 * frames * moves.len() > LARGEST_MOTION {
             return Err(format!(
-                "the morph targets stay still: {} of them move in {frames} frames, and at most {} MB of it are put in \
-                    a page",
+                "the page does not move the morph targets: {} targets move in {frames} frames, which need more than {} \
+                    MB, the limit of a page",
                 moves.len(),
                 LARGEST_MOTION >> 20
             ));
@@ -148,8 +149,8 @@ impl Morphs {
         if bytes > room {
             let (size, most) = (bytes >> 20, room >> 20);
             notes.push(format!(
-                "the morph targets have {size} MB, and at most {most} MB are put in a page beside the skin; they have \
-                    no sliders"
+                "the page has no sliders for morph targets: they need {size} MB, and the page has room for {most} MB \
+                    beside the skin"
             ));
         }
         Self {

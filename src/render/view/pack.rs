@@ -1,16 +1,16 @@
 //! Packs the keys of a clip as blocks of bytes, which a page unpacks one after another.
 //!
-//! A block has a range of frames of every animated track. Each component of a track is a row of numbers. It is stored
-//! as its least value, a step, and the number of steps above the least for each frame. A row has the fewest bytes per
-//! frame whose step is within the precision, or 32-bit floats. A rotation omits the component that stays farthest from
-//! zero, because a quaternion has length 1. (Smallest three, as in Glenn Fiedler's "Snapshot Compression", with the
-//! ranges of a run of frames, as in ACL.)
+//! A block has a range of frames of every animated track. Each component of a track is a row of numbers. A row is
+//! stored as its least value, a step, and for each frame the number of steps above the least value. A row has the
+//! fewest bytes per frame for which the step is within the precision. If no such step exists, the row has 32-bit
+//! floats. A rotation omits the component that stays farthest from zero, because a quaternion has length 1. (Smallest
+//! three, as in Glenn Fiedler's "Snapshot Compression", with the ranges of a run of frames, as in ACL.)
 //!
 //! The positions of all joints are compared with the source in every frame. If a joint of a block deviates by more than
 //! [`MAX_ERROR`], the block is packed again with finer steps.
 //!
-//! In a page that is a file, a block is a packed clip (`pack/clip_block.rs`) if possible. It has less than half of the
-//! bytes, and takes several times as long to write.
+//! In a page that is written as a file, a block is a packed clip (`pack/clip_block.rs`) if possible. A packed clip has
+//! less than half of the bytes of rows, and takes several times as long to write.
 
 mod clip_block;
 
@@ -28,21 +28,21 @@ const EXACT_BYTES: usize = 4 << 20;
 /// The approximate size of a block in bytes.
 const BLOCK_BYTES: usize = 1 << 20;
 
-/// Half a step in a component of a rotation: two bytes per frame hold it over the range from -1 to 1.
+/// Half a step in a component of a rotation: two bytes per frame hold the component over the range from -1 to 1.
 pub const ROTATION_PRECISION: f64 = 1.0 / 65_000.0;
 
-/// Half a step in a translation, as a fraction of the figure's reach, and in a scale.
+/// Half a step in a translation, as a fraction of the figure's reach. Also half a step in a scale.
 const LINEAR_PRECISION: f64 = 1e-5;
 
 /// The largest distance of a joint from its position in the file, as a fraction of the figure's reach.
 const MAX_ERROR: f64 = 1e-4;
 
-/// The size in bytes, as 32-bit floats, above which keys are packed within [`LONG_MAX_ERROR`] in a page that is a file.
-/// It is half an hour at 120 frames per second.
+/// The size in bytes, as 32-bit floats, above which a page that is written as a file has keys within
+/// [`LONG_MAX_ERROR`]. This size is half an hour at 120 frames per second.
 const LONG_BYTES: usize = 128 << 20;
 
-/// As [`MAX_ERROR`], a fraction of the figure's reach, for motions larger than [`LONG_BYTES`]. It is 1.4 mm for a
-/// person, less than a pixel if the figure fills a screen of 1080 lines.
+/// As [`MAX_ERROR`], a fraction of the figure's reach, for motions larger than [`LONG_BYTES`]. This distance is 1.4 mm
+/// for a person, less than a pixel if the figure fills a screen of 1080 lines.
 const LONG_MAX_ERROR: f64 = 1.5e-3;
 
 /// The smallest component of a unit quaternion that may be omitted: the largest of the four is at least a half.
@@ -74,7 +74,7 @@ pub struct Track<'a> {
     rest: Trs,
 }
 
-/// The largest half steps.
+/// Half of the largest allowed steps.
 #[derive(Clone, Copy)]
 struct Precision {
     rotation: f64,
@@ -130,7 +130,7 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// Packs all tracks of a motion of any length in the way in which [`Self::pack`] packs a long one.
+    /// Packs all tracks of a motion of any length in the way in which [`Self::pack`] packs a long motion.
     pub fn pack_all(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
         let clips = match storage {
             Storage::Clips => ClipBlocks::new(self.scene, self.animation, &self.tracks, metres_per_unit),

@@ -1,4 +1,4 @@
-// Decodes a run of frames from a packed clip; docs/compression.md describes the bytes. Loading decodes every frame
+// Decodes a run of frames from a packed clip; docs/packed-clip.md describes the bytes. Loading decodes every frame
 // once.
 
 // Flags of the file and of a node, bytes of a node in the table, the kind of a rotation whose keys do not all drop one component.
@@ -53,7 +53,7 @@ class ClipReader {
   }
 }
 
-// Interpolates the frames between two keys. Rotations take the shorter arc.
+// Interpolates the frames between two keys. Rotations are interpolated along the shorter arc.
 function fillBetween({ values, size }, before, after) {
   const [a, b] = [size * before, size * after];
   let dot = 0;

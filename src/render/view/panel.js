@@ -12,7 +12,7 @@ const AXES = ["X", "Y", "Z"];
 const CURVE_COLORS = { X: "--x", Y: "--y", Z: "--z", W: "--w" };
 const color = (letter) => getComputedStyle(document.documentElement).getPropertyValue(CURVE_COLORS[letter]);
 
-// The error of joint positions by packing.
+// The largest error of joint positions that packing caused, as text.
 function precision({ packingError }) {
   return packingError ? `; keys packed, joints within ${short(1000 * packingError)} mm of the file` : "";
 }
@@ -139,7 +139,7 @@ export class Panel {
     this.showCurves();
   }
 
-  // Shows the angle between the joint's limb and the source's limb, if the limb is compared.
+  // Shows the angle between the joint's limb and the same limb of the source, if the limb is compared.
   showLimb() {
     const { clip, state } = this;
     const limb = clip.limbs ? limbOf(clip, state.joint) : -1;

@@ -233,7 +233,7 @@ export class Player {
     this.line.show();
     const { glb } = this.clip;
     byId("download").disabled = !glb;
-    byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
+    byId("download").title = glb ? "Save as animated glTF (G)" : "The motion is too long for a page; mocap convert writes the glTF file";
     byId("download-source").hidden = !this.clip.source;
     this.panel.showClips();
     this.morphs.show(this.stage.renderer.skins ? this.clip : null);

@@ -23,13 +23,14 @@ export function arc(from, to, axis) {
 const direction = (way, nothing) => (length(way) > nothing ? normalize(way) : null);
 const across = (v, unit) => sub(v, scale(unit, dot(v, unit)));
 
-// A direction perpendicular to another.
+// A direction perpendicular to another direction.
 function perpendicular(v) {
   return normalize(cross(v, Math.abs(v[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0]));
 }
 
-// The world rotations of two bones that move the last of three joints to a goal. `lower` includes `upper`, and `middle`
-// is the new position of the second joint. If the goal is out of reach, the bones are straight towards the goal.
+// The world rotations of two bones that move the last of three joints to a goal. The rotation `lower` includes the
+// rotation `upper`, and `middle` is the new position of the second joint. If the goal is out of reach, the bones are
+// straight towards the goal.
 export function twoBone([start, middle, end], goal) {
   const [first, second] = [sub(middle, start), sub(end, middle)];
   const [a, b] = [length(first), length(second)];
@@ -61,7 +62,7 @@ export function reach(clip, limb, goal) {
   clip.rotate(limb[1], quaternionProduct(lower, [...scale(upper.slice(0, 3), -1), upper[3]]));
 }
 
-// The limbs that can be dragged by a hand or a foot: maps the last node to all three nodes.
+// The limbs that can be dragged by a hand or a foot. Maps the last node of a limb to its three nodes.
 export function limbsOf(nodes) {
   const limbs = new Map();
   const node = (name) => nodes.findIndex(({ bone }) => bone?.name === name);

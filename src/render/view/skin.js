@@ -41,7 +41,8 @@ export function unpackSkin(skin, bytes) {
 
 const NORMAL_STEPS = 63;
 
-// Moves the vertices to these slider weights. Increments `changes`, so that a renderer notices the change.
+// Moves the vertices as the sliders with these weights require. Increments `changes`, so that a renderer notices the
+// change.
 export function morphSkin(skin, weights) {
   skin.atRest ??= { positions: skin.positions.slice(), normals: skin.normals.slice() };
   const { positions, atRest, morphIds, morphOffsets, morphNormals } = skin;

@@ -54,7 +54,7 @@ struct Part {
     name: String,
     first: usize,
     count: usize,
-    /// Linear colour.
+    /// The linear colour: red, green, blue and opacity.
     color: [f32; 4],
     /// The index in `textures`, or -1.
     texture: i64,
@@ -94,8 +94,8 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
     let size = 40 * vertices + 4 * corners;
     if size > LARGEST_SKIN {
         let note = format!(
-            "the skin has {vertices} vertices and {} triangles, {} MB, and the limit is {} MB; only the skeleton is \
-                shown",
+            "the skin has {vertices} vertices and {} triangles, {} MB, and the limit is {} MB; the page shows only \
+                the skeleton",
             corners / 3,
             size >> 20,
             LARGEST_SKIN >> 20
@@ -139,7 +139,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
         if packer.push(mesh, part).is_none() {
             return (
                 None,
-                vec!["the skin has more than 65,536 bones; only the skeleton is shown".to_owned()],
+                vec!["the skin has more than 65,536 bones; the page shows only the skeleton".to_owned()],
             );
         }
     }

@@ -264,7 +264,7 @@ export class Stage {
     const error = this.state.errors ? limbError(clip, joint) : null;
     if (error !== null) lines.push(`limb error ${short(error)}°`);
     tip.textContent = [...lines, `local  ${local}`, `world  ${world}`].join("\n");
-    // Place the tip beside the joint, within the picture.
+    // Place the tool tip beside the joint, within the picture.
     const left = clamp(x + 14, 4, Math.max(4, this.canvas.clientWidth - tip.offsetWidth - 4));
     const top = clamp(y - 12, 4, Math.max(4, this.canvas.clientHeight - tip.offsetHeight - 4));
     tip.style.transform = `translate(${left}px, ${top}px)`;
@@ -284,7 +284,7 @@ export class Stage {
       const [id, name] = wanted[i] ?? [];
       const [x, y, depth] = id === undefined ? [0, 0, 0] : this.onCanvas(clip.drawn[id]);
       if (label.textContent !== (name ?? "")) label.textContent = name ?? "";
-      // The approximate width of the label. A label that would cover another is not shown.
+      // The approximate width of the label. A label that would cover another label is not shown.
       const width = 6.5 * label.textContent.length;
       const left = x < middle - 1 ? x - 9 - width : x + 9;
       const covers = placed.some((other) => Math.abs(other.y - y) < 12 && left < other.left + other.width && other.left < left + width);

@@ -78,7 +78,8 @@ export class TimeLine {
     this.zoomed();
   }
 
-  // Draws a line below the time line for each of several clips, with the length of the clip. Many lines are thinner.
+  // Draws a line below the time line for each of several clips, with the length of the clip. If there are many clips,
+  // the lines are thinner.
   showLanes() {
     const { clips } = this.player.state;
     byId("lanes").classList.toggle("many", clips.length > 2);

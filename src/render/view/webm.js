@@ -56,7 +56,7 @@ export function webmOf(pictures, { codec, width, height, rate, colorSpace }) {
   const video = matroska(0xe0, unsigned(0xb0, width), unsigned(0xba, height), colour(colorSpace));
   const track = matroska(0xae, unsigned(0xd7, 1), unsigned(0x73c5, 1), unsigned(0x83, 1), unsigned(0x9c, 0), utf8(0x86, codec), unsigned(0x23e383, Math.round(1e9 / rate)), video);
   const clusters = clustersOf(pictures);
-  // The positions of clusters come before them, in numbers of fixed length.
+  // The positions of clusters come before the clusters, in numbers of fixed length.
   const cuesAt = (places) => matroska(0x1c53bb6b, ...clusters.map(({ start }, i) =>
     matroska(0xbb, unsigned(0xb3, start, 8), matroska(0xb7, unsigned(0xf7, 1), unsigned(0xf1, places[i], 8)))));
   const before = [...info, ...matroska(0x1654ae6b, track)];

@@ -1,17 +1,17 @@
-// The hosts: what each installs, the files of its project, how it is built and started.
+// The hosts: the packages, the files, the build and the start of each project.
 //
-//   name       in the table
-//   install    what npm installs beside the package and three.js
-//   files      files of the project: text, `from` a name in project/, or `readme`, the code of a language in the README
-//   build      commands, in their order
-//   serve      the folder that a server of files has, or a command that is a server, with PORT in place of its port
-//   run        a command that prints what it has played
-//   hasInline  whether its page has a script within, which the policy of the README forbids
-//   needs      what one does beside installing the package
+//   name       the name in the table
+//   install    further npm packages besides the package and three.js
+//   files      files of the project: text, `from` a file in project/, or `readme`, code of a language in the README
+//   build      commands, in order
+//   serve      the folder for a file server, or the command of a server, with PORT instead of the port
+//   run        a command that prints the result
+//   hasInline  whether the page has an inline script, which the policy of the README forbids
+//   needs      the steps besides installing the package
 
 const page = (script) => `<!doctype html><meta charset="utf-8"><title>walk</title><link rel="icon" href="data:,"><script type="module" src="${script}"></script>`;
 
-/** The bundle does not know the module, so it is copied beside it. */
+/** Copies the module next to the bundle, because the bundler does not copy it. */
 const COPY = "cp node_modules/mocap-wasm/mocap.wasm dist/";
 
 const vite = (version) => [

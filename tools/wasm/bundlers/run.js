@@ -1,9 +1,9 @@
-// Plays a walk in fresh projects of every host, and makes the table of the README of it.
+// Plays a walk in a new project of every host, and makes the table of the README from the results.
 //
 //   node run.js [WORDS..] [--write]
 //
-// WORDS choose the hosts whose names have one of them. --write puts the table into ../README.md; without it the table that
-// is there must be the one that is made. Nothing of a project stays. The packages come from npm.
+// WORDS select the hosts whose names contain one of the words. --write writes the table to ../README.md. Without --write, the
+// table in the README must equal the new table. Projects are removed at the end. The packages come from npm.
 
 import assert from "node:assert/strict";
 import { execFile, execFileSync, spawn } from "node:child_process";
@@ -23,15 +23,15 @@ const WALK = join(here, "../../../fixtures/real/cmu_12_01_walk.bvh");
 const [JOINT, FRAME] = ["LeftHand", 300];
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm" };
 const PATIENCE = 240_000;
-/** What the README says that the package needs. */
+/** The content security policy that the README states. */
 const POLICY = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self'; worker-src 'self'; img-src data:";
 
-/** Files of project/ that one host alone has. */
+/** Files of project/ that only one host has. */
 const OF_ONE = new Set(["next_page.js", "fiber.jsx"]);
 
 const run = promisify(execFile);
 
-/** Where the joint is, as BVHLoader of three.js has it, which shares nothing with the package. */
+/** The expected position of the joint, from three.js's BVHLoader, which is independent of the package. */
 function expectedPlace() {
   const { skeleton, clip } = new BVHLoader().parse(readFileSync(WALK, "latin1"));
   const [root] = skeleton.bones;
@@ -49,7 +49,7 @@ function blockOf(language) {
   return code;
 }
 
-/** A project with the package, as `npm pack` packs it. */
+/** Makes a project with the package that `npm pack` has made. */
 async function project(host, tarball) {
   const folder = mkdtempSync(join(tmpdir(), "mocap-host-"));
   for (const name of readdirSync(join(here, "project"))) if (!OF_ONE.has(name)) cpSync(join(here, "project", name), join(folder, name));
@@ -61,7 +61,7 @@ async function project(host, tarball) {
     else if (content.readme) writeFileSync(path, blockOf(content.readme));
     else writeFileSync(path, content);
   }
-  // Vite and Next.js have this folder at the root of their pages.
+  // Vite and Next.js serve this folder at the root of their pages.
   mkdirSync(join(folder, "public"), { recursive: true });
   cpSync(WALK, join(folder, "public/walk.bvh"));
   cpSync(WALK, join(folder, "walk.bvh"));
@@ -69,7 +69,7 @@ async function project(host, tarball) {
   return folder;
 }
 
-/** A server of the files of a folder, on a free port, with a policy for its pages. */
+/** Serves the files of a folder on a free port, with a policy for the pages. */
 async function serverOf(folder, policy) {
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url, "http://host");
@@ -89,7 +89,7 @@ async function freePort() {
   return port;
 }
 
-/** A server that a host brings, when it answers. */
+/** Starts the server of a host, and waits until it answers. */
 async function serverByCommand(command, folder) {
   const port = await freePort();
   const started = spawn(command.replace("PORT", port), { cwd: folder, shell: true, detached: true, stdio: "ignore" });
@@ -101,7 +101,7 @@ async function serverByCommand(command, folder) {
   throw new Error(`no answer from: ${command}`);
 }
 
-/** What a page of a server has played. */
+/** The result of a page of a server. */
 async function playedIn(browser, port) {
   const page = await browser.newPage();
   const said = [];
@@ -134,7 +134,7 @@ async function played(host, folder, browser) {
   }
 }
 
-/** Whether a host has the walk where it should be; the error where it has not. */
+/** Tries a host. Returns the error if the walk is not at the expected position. */
 async function tried(host, tarball, browser, expected) {
   let folder;
   try {
@@ -156,7 +156,7 @@ async function tried(host, tarball, browser, expected) {
 /** The table of hosts as Markdown. */
 const tableOf = (hosts) => ["| host | what it needs |", "|---|---|", ...hosts.map(({ name, needs }) => `| ${name} | ${needs} |`)].join("\n");
 
-/** The table between its marks in the README. */
+/** Compares or writes the table between the marks in the README. */
 function compareTable(write) {
   const path = join(here, "../README.md");
   const before = readFileSync(path, "utf8");
@@ -165,7 +165,7 @@ function compareTable(write) {
   else assert.equal(before, after, "the table of hosts in README.md is another: bundlers/run.js --write");
 }
 
-/** Tries hosts, and returns what fails. */
+/** Tries the hosts, and returns the failures. */
 export async function tryHosts({ words = [], write = false } = {}) {
   const packed = mkdtempSync(join(tmpdir(), "mocap-pack-"));
   const name = execFileSync("npm", ["pack", "--silent", "--pack-destination", packed, join(here, "../package")], { encoding: "utf8" }).trim();
@@ -180,7 +180,7 @@ export async function tryHosts({ words = [], write = false } = {}) {
   }
   await browser.close();
   rmSync(packed, { recursive: true, force: true });
-  // Only what has played is in the table.
+  // The table only lists hosts that played the walk.
   if (failures.length === 0 && words.length === 0) compareTable(write);
   return failures;
 }

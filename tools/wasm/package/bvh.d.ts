@@ -1,6 +1,6 @@
 /**
- * Loads the small module, which makes GLB of BVH and does nothing else: the file that `mocap convert walk.bvh walk.glb` writes,
- * but for the name and the hash of the file in it.
+ * Loads the small module, which only converts BVH to GLB. The result is the file that `mocap convert walk.bvh walk.glb` writes,
+ * except for the name and the hash of the source file.
  *
  * ```js
  * const bvhToGlb = await loadBvh();

@@ -1,4 +1,4 @@
-// BVH to GLB, by a module of its own that does nothing else and is a fraction of the whole. The types are in bvh.d.ts.
+// Converts BVH to GLB with a separate, small module. The types are in bvh.d.ts.
 
 import { MocapError, bytesOf } from "./error.js";
 import { compile } from "./load.js";
@@ -17,7 +17,7 @@ export async function loadBvh(source) {
     try {
       failed = exports.mocap_bvh_to_glb(skeletonMesh ? 1 : 0);
     } catch {
-      // After a trap nothing in an instance can be relied on.
+      // After a trap the state of an instance is undefined.
       exports = new WebAssembly.Instance(module, {}).exports;
       throw new MocapError({ code: "out-of-memory", message: "the file could not be converted: most likely there is not enough memory for it" });
     }

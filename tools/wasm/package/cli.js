@@ -113,7 +113,7 @@ function jobOf(command, words) {
   if (!files.length) throw new Usage("the following required arguments were not provided: <INPUT>");
   if (target && !job.target?.[target].file) throw new Usage("the following required arguments were not provided: <TARGET>");
   if (!job.write.output) throw new Usage("the following required arguments were not provided: --output <OUTPUT>");
-  if (files.length > 1 && !target && !job.steps) throw new Usage(`many motions at once are for the full program; ${FULL}`);
+  if (files.length > 1 && !target && !job.steps) throw new Usage(`several motions need the full program; ${FULL}`);
   job.source.inputs = files;
   // Steps must not change a rest pose before the motion.
   if (command === "edit") (job.source.frames ??= {})["drop-first-frame"] ??= "auto";
@@ -122,7 +122,7 @@ function jobOf(command, words) {
 
 function number(flag, text) {
   const value = Number(text);
-  if (text.trim() === "" || !Number.isFinite(value)) throw new Usage(`invalid value '${text}' for '${flag}': it is no number`);
+  if (text.trim() === "" || !Number.isFinite(value)) throw new Usage(`invalid value '${text}' for '${flag}': it is not a number`);
   return value;
 }
 

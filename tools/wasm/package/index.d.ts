@@ -115,7 +115,7 @@ export interface Diagnostic {
   count: number;
 }
 
-/** A decision that the file does not state. */
+/** A decision about a value that the file does not state. */
 export interface Assumption {
   topic: string;
   choice: string;
@@ -376,7 +376,7 @@ export interface PlayerClip {
   blocks: [string, Uint8Array][];
   /** The parts of the skin that are not shown, with reasons. */
   leftOut: string[];
-  /** Assumptions that the file does not state. */
+  /** Assumptions about values that the file does not state. */
   assumptions: Assumption[];
   rootOffset: { policy: "replace" | "add"; reason: string; confidence: string } | null;
 }
@@ -416,7 +416,7 @@ export interface RobotMotion {
   /** Frames per second. */
   fps: number;
   frames: number;
-  /** The joints that move, with their limits in radians or metres; `null` where there is none. */
+  /** The joints that move, with their limits in radians or metres; `null` without a limit. */
   joints: { name: string; lower: number | null; upper: number | null; velocity?: number }[];
   /** Whether the left and the right foot of the source are at rest. */
   contacts: [boolean, boolean][];

@@ -2,13 +2,13 @@
 
 import type { File } from "./index.js";
 
-/** How the files of a job are read. */
+/** The options for reading the files of a job. */
 export interface InputCallOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
    * The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz or .pkl), or a
-   * file of any format with a figure. Default: generic proportions, 1.70 m tall.
+   * file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
   /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
@@ -57,7 +57,7 @@ export interface SourceFramesOptions {
    * rate.
    */
   frameRate?: number;
-  /** Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N. */
+  /** Rest pose: zero (as in the file; in BVH all rotations are 0), t-pose, a-pose (arms 45 degrees down), or frame:N. */
   rest?: RestPoseSource;
   /** The root motion: kept, removed, or moved to a joint above the root. Default: `"keep"`. */
   root?: "keep" | "inPlace" | "extract";
@@ -214,8 +214,8 @@ export interface CharacterTarget {
    */
   map?: BoneMap | null;
   /**
-   * Largest allowed angle in degrees; beyond it, the job fails after writing, with the exit code 1. Four angles are checked:
-   * of a limb in any frame, and the means of a limb's roll, a line of the trunk and a palm.
+   * Largest allowed angle in degrees; beyond it, the job fails after writing, with the exit code 1. Four angles count: the
+   * angle of a limb in any frame, and the mean angles of a limb's roll, of a line of the trunk and of a palm.
    */
   "max-angle"?: Angle | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
@@ -228,13 +228,13 @@ export interface CharacterTarget {
 
 export interface CleanWeights {
   /**
-   * Distance over the ground from the resting place of a foot within which it belongs to the contact. Smoothing makes a foot
-   * come to rest slowly. Unit: m. Default: `0.03`.
+   * Largest distance over the ground from the resting place of a foot at which the foot still counts as in contact. Smoothing
+   * makes a foot come to rest slowly. Unit: m. Default: `0.03`.
    */
   "contact-distance"?: number;
   /**
-   * Longest gap between two contacts at one place that are joined. A foot does not leave its place and return in less than
-   * half a swing. Unit: s. Default: `0.15`.
+   * Longest gap between two contacts at one place at which mocap joins the contacts. A foot does not leave its place and
+   * return in less than half a swing. Unit: s. Default: `0.15`.
    */
   "contact-gap"?: number;
   /**
@@ -253,33 +253,33 @@ export interface CleanWeights {
    */
   exchange?: number;
   /**
-   * Time in which the weight of a meeting rises and falls: three frames of video, so that arms do not jerk. Unit: s. Default:
-   * `0.1`.
+   * Time in which the weight of a hand contact rises and falls: three frames of video, so that arms do not jerk. Unit: s.
+   * Default: `0.1`.
    */
   "hand-blend"?: number;
   /**
-   * Distance between the centres of two hands that meet, for a body of 1.7 m: two half palms and some noise. Unit: m.
-   * Default: `0.13`.
+   * Distance between the centres of two hands that touch, for a body of 1.7 m: half of the thickness of each hand, and some
+   * noise. Unit: m. Default: `0.13`.
    */
   "hand-distance"?: number;
   /**
-   * Factor of `hand_distance` at which a meeting no longer counts. Between both distances its weight decreases, so that
-   * nothing jumps. Unit: 1. Default: `1.4`.
+   * Factor of `hand_distance` and `hand_speed` at which the weight of a hand contact is 0. Up to `hand_distance`, the weight
+   * is 1. In between, the weight decreases, so that no joint jumps. Unit: 1. Default: `1.4`.
    */
   "hand-fade"?: number;
   /**
-   * Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. The noise of an estimate from
-   * video is not larger. Unit: m. Default: `0.1`.
+   * Largest distance by which mocap moves an arm to restore a hand contact, and by which the hand may miss this contact. The
+   * noise of an estimate from video is not larger. Unit: m. Default: `0.1`.
    */
   "hand-noise"?: number;
   /**
-   * Speed of a hand relative to the body below which the hand rests there. A hand that passes by is faster. Unit: m/s.
-   * Default: `0.15`.
+   * Speed of a hand relative to the body below which the hand counts as resting on the body. A hand that passes by is faster.
+   * Unit: m/s. Default: `0.15`.
    */
   "hand-speed"?: number;
   /**
-   * Distance of a position that counts as much as a radian of a rotation, if both are smoothed. The direction of a shorter
-   * bone is less precise than its rotation. Unit: m. Default: `0.03`.
+   * Distance that counts as much as a radian, if mocap smooths positions and rotations together. The direction of a bone that
+   * is shorter than this distance is less precise than its rotation. Unit: m. Default: `0.03`.
    */
   "joint-length"?: number;
   /**
@@ -293,8 +293,8 @@ export interface CleanWeights {
    */
   "largest-turn"?: number;
   /**
-   * Least standard deviation of joint noise. Marker systems have less noise; estimates from video have 1 to 3 degrees.
-   * `tools/clean/check` tests it. Unit: degrees. Default: `0.5`.
+   * Least standard deviation of the noise of a rotation that mocap removes. Marker systems have less noise. Estimates from
+   * video have 1 to 3 degrees. `tools/clean/check` tests this value. Unit: degrees. Default: `0.5`.
    */
   "least-angle"?: number;
   /**
@@ -309,13 +309,13 @@ export interface CleanWeights {
    */
   "least-evidence"?: number;
   /**
-   * As `least_evidence`, for a doubled frame. It is lower, because the doubled frame itself is visible. Unit: 1. Default:
-   * `0.02`.
+   * As `least_evidence`, for a doubled frame. This value is lower, because the doubled frame itself is visible. Unit: 1.
+   * Default: `0.02`.
    */
   "least-evidence-of-doubled"?: number;
   /**
-   * Mean speed of feet in contact below which they are not locked, if nothing else was changed. Marker systems reach this
-   * speed in runs, because contacts begin and end in motion. Unit: m/s. Default: `0.2`.
+   * Mean speed of feet in contact below which mocap does not lock them, if no other part of `clean` changed the motion.
+   * Marker systems reach this speed in runs, because contacts begin and end in motion. Unit: m/s. Default: `0.2`.
    */
   "least-skate"?: number;
   /**
@@ -328,17 +328,18 @@ export interface CleanWeights {
    * files causes smaller changes. Unit: m. Default: `0.001`.
    */
   "length-noise"?: number;
-  /** Longest run of held frames that is filled. A longer run is a frozen pose, and may be intended. Unit: s. Default: `0.5`. */
+  /** Longest run of held frames that mocap fills. A longer run is a frozen pose, and may be intended. Unit: s. Default: `0.5`. */
   "longest-held"?: number;
   /**
-   * Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother uses both sides of a
-   * moment, and a prediction only one, so the smoother needs less. Chosen on seed 1 of `tools/clean`. If it cuts the peaks of
-   * the motion, twice and eight times this value are tried. Unit: 1. Default: `0.5`.
+   * Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother needs less jerk than
+   * a prediction, because it also uses the frames after each frame. The value was chosen on seed 1 of `tools/clean`. If the
+   * smoother cuts the peaks of the motion, mocap tries twice and eight times this value. Unit: 1. Default: `0.5`.
    */
   smoothing?: number;
   /**
-   * Fraction of the way from a joint's position by smoothed rotations to its smoothed position. The errors of both are almost
-   * independent, so a mean is better than either. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.8`.
+   * Mixing factor of two positions of a joint: 0 is the position that its smoothed rotations give, 1 is its smoothed
+   * position. The errors of both positions are almost independent, so a mean is better than either. The value was chosen on
+   * seed 1 of `tools/clean`. Unit: 1. Default: `0.8`.
    */
   world?: number;
 }
@@ -419,7 +420,8 @@ export interface FileOutputOptions {
 }
 
 /**
- * The treatment of the first frame. In some files, such as a conversion of the CMU database, it is a rest pose.
+ * What a conversion does with the first frame. In some files, such as a conversion of the CMU database, the first frame is a
+ * rest pose.
  * `"auto"`: Drop the first frame if it is a rest pose and the motion jumps after it.
  * `"yes"`: Drop the first frame.
  * `"no"`: Keep the first frame.
@@ -428,8 +430,8 @@ export type FirstFrame = "auto" | "yes" | "no";
 
 /**
  * The height of the floor for a motion on a robot.
- * `"auto"`: Under the feet in stance. A foot that stands up to 6 cm too high is lowered with the whole robot, and a robot
- * that would be below the floor is raised.
+ * `"auto"`: Under the feet in stance. If a foot in stance is above the floor by up to 6 cm, the whole robot is lowered. A
+ * robot that would be below the floor is raised.
  * `"z=0"`: At height 0 of the source's file. A robot that would be below this height is raised.
  * `"keep"`: At its mean height in the source. Heights do not change, even below the floor.
  */
@@ -437,41 +439,46 @@ export type Floor = "auto" | "z=0" | "keep";
 
 export interface FootLockWeights {
   /**
-   * Largest ratio of accelerations, as `speed_ratio`. A foot that is released has to catch up with its swing.
-   * `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.5`.
+   * Largest ratio of the acceleration of a foot joint to its acceleration without the lock. Above this ratio, mocap relaxes
+   * the lock. A released foot must catch up with its swing. `tools/feet/check` measures this ratio on the motions of
+   * `fixtures/real`. Unit: 1. Default: `1.5`.
    */
   "acceleration-ratio"?: number;
   /**
-   * Fraction of both ratios at which relaxing aims. The margin allows for the rounding of keys, and for changes of the next
-   * frame. Unit: 1. Default: `0.97`.
+   * Goal of relaxing a lock, as a fraction of `speed_ratio` and `acceleration_ratio`. The margin of 3 % is for two effects:
+   * keys are rounded, and relaxing the lock in the next frame changes the speed in this frame. Unit: 1. Default: `0.97`.
    */
   aim?: number;
   /**
-   * Time before and after a frame in which the largest speed and acceleration without the lock are taken. The lock may move
-   * an acceleration to another frame. It is a quarter of a footstep in a walk. Unit: s. Default: `0.25`.
+   * Time before and after a frame in which mocap looks for the largest speed and acceleration without the lock. The lock may
+   * move an acceleration to another frame. This time is half of the time of a footstep in a walk. Unit: s. Default: `0.25`.
    */
   around?: number;
   /**
-   * Time in which a lock is relaxed before a frame, and returns after it. It is below the 0.2 s in which shifts ease out.
-   * Unit: s. Default: `0.15`.
+   * Time in which a lock fades out before a frame that is above a ratio, and fades in after this frame. It is shorter than
+   * the default of the option `blend` of `foot-lock` (0.2 s). Unit: s. Default: `0.15`.
    */
   ease?: number;
   /**
-   * Time constant in which a locked foot follows a source that slides in contact. It is two footsteps of a walk. So a body
-   * whose feet always slide does not leave its feet behind. Unit: s. Default: `2.0`.
+   * Time constant with which a locked foot follows a source foot that slides in contact: the time of four footsteps in a
+   * walk. A body whose feet always slide therefore does not leave its feet behind. Unit: s. Default: `2.0`.
    */
   "gives-way"?: number;
   /**
-   * Cost of a change of the height of a foot, relative to a change of its knee. If a foot moves by a millimetre, the knee of
-   * a nearly straight leg moves by centimetres, so the foot gives way. Unit: 1. Default: `10.0`.
+   * Cost of a change of a foot's height, relative to an equal change of its knee. In a nearly straight leg, a millimetre of
+   * height moves the knee by centimetres. In such a leg, mocap therefore changes the height of the foot, and spares the knee.
+   * Unit: 1. Default: `10.0`.
    */
   "knee-height"?: number;
   /**
-   * Largest angle by which a foot rotates to follow the source's foot. It is 34 degrees, within the range of an ankle: 20 and
-   * 50 degrees (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Unit: rad. Default: `0.6`.
+   * Largest angle by which a foot rotates to follow the source's foot: 34 degrees. A person's ankle bends 20 degrees up and
+   * 50 degrees down (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Unit: rad. Default: `0.6`.
    */
   "largest-turn"?: number;
-  /** Least fraction by which a round of relaxing changes a lock, so that few rounds are enough. Unit: 1. Default: `0.2`. */
+  /**
+   * Least fraction by which one round of relaxing reduces a lock. With this minimum, few rounds are enough. Unit: 1. Default:
+   * `0.2`.
+   */
   "least-step"?: number;
   /**
    * Fraction of the highest speed and of the largest acceleration of the motion that a foot may always have. A quarter is not
@@ -479,18 +486,20 @@ export interface FootLockWeights {
    */
   moving?: number;
   /**
-   * Height, in lengths of the leg, below which the source's foot is on the ground, for a retargeted motion. It is 3 cm for an
-   * adult, below the 5 cm of contacts. Above three times this height, the foot is in the air. Unit: leg. Default: `0.04`.
+   * Height, in lengths of the leg, below which the source's foot is on the ground, for a retargeted motion. Above three times
+   * this height, the foot is in the air. The height is 3 cm for an adult. The detection of contacts allows more, 5 cm (option
+   * `height` of `foot-lock`). Unit: leg. Default: `0.04`.
    */
   "on-the-ground"?: number;
   /**
-   * Height, in lengths of the leg, by which a foot may stay above its goal before the hips are lowered: 8 mm for an adult.
+   * Height, in lengths of the leg, by which a foot may stay above its goal before mocap lowers the hips: 8 mm for an adult.
    * Unit: leg. Default: `0.01`.
    */
   slack?: number;
   /**
-   * Largest ratio of the speed of a foot joint to its speed without the lock. Above it the lock is relaxed. A speed that is a
-   * fifth higher is not visible. `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.2`.
+   * Largest ratio of the speed of a foot joint to its speed without the lock. Above this ratio, mocap relaxes the lock. A
+   * speed that is a fifth higher is not visible. `tools/feet/check` measures this ratio on the motions of `fixtures/real`.
+   * Unit: 1. Default: `1.2`.
    */
   "speed-ratio"?: number;
   /**
@@ -556,14 +565,14 @@ export type Format =
 
 /** Compares motions, and writes their motion graph. */
 export interface GraphJob {
-  /** How the frames are compared. */
+  /** The options for comparing the frames. */
   graph: GraphJobOptions;
   /**
    * The file for the distance matrix of two clips, or of one clip with itself: a .png picture or a .npy array. In the
    * picture, lighter means more similar, and red dots are transitions.
    */
   matrix?: string | null;
-  /** How the inputs are read. */
+  /** The options for reading the inputs. */
   read?: InputOptions;
   /** The inputs, and the caller's statements about them. */
   source?: GraphSources;
@@ -590,7 +599,7 @@ export interface GraphJobOptions {
   threshold?: Length;
   /** Also keep transitions into and out of the largest strongly connected component. */
   whole?: boolean;
-  /** Length in seconds of the compared window, and of a transition. Default: `0.3333333333333333`. */
+  /** Length in seconds of the compared window, and of a transition. Default: 1/3. */
   window?: number;
 }
 
@@ -609,13 +618,13 @@ export interface GraphSources {
  */
 export type Hands = "keep" | "free";
 
-/** How the files of a job are read. */
+/** The options for reading the files of a job. */
 export interface InputOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   "all-rows"?: boolean;
   /**
    * The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz or .pkl), or a
-   * file of any format with a figure. Default: generic proportions, 1.70 m tall.
+   * file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic proportions, 1.70 m tall.
    */
   body?: string | null;
   /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
@@ -685,22 +694,23 @@ export interface MarkerWeights {
   "beside-hinge"?: number;
   /**
    * Largest distance between a marker and its expected position. A marker farther away is a reflection, or belongs to another
-   * object. Skin slides at most half as far. Unit: m. Default: `0.08`.
+   * object. Skin slides at most half of this distance. Unit: m. Default: `0.08`.
    */
   ghost?: number;
   /**
-   * Standard deviation of the hip centre about its regression. Harrington et al., J. Biomech. 40 (2007), state 3 to 8 mm per
-   * coordinate for markers on bones. Markers on clothes are less precise. Unit: m. Default: `0.012`.
+   * Standard deviation of the hip centre about the position that a regression computes from the markers of the pelvis.
+   * Harrington et al., J. Biomech. 40 (2007), state 3 to 8 mm per coordinate for markers on bones. Markers on clothes are
+   * less precise. Unit: m. Default: `0.012`.
    */
   hip?: number;
   /**
    * Standard deviation of a joint about its pose in the previous frame, for joints that markers do not determine: 20 degrees.
-   * It is so large that it hardly affects joints with visible markers. Unit: rad. Default: `0.35`.
+   * This value is so large that it hardly affects joints with visible markers. Unit: rad. Default: `0.35`.
    */
   hold?: number;
   /**
-   * Weight of a frame, as a fraction of an independent frame, if skin sliding displaces its markers. Skin slides almost
-   * equally in neighbouring frames. Unit: 1. Default: `0.05`.
+   * Weight of a frame whose marker errors come only from sliding skin, relative to a frame whose errors are independent. Skin
+   * slides almost equally in neighbouring frames, so their errors are not independent. Unit: 1. Default: `0.05`.
    */
   "independent-slide"?: number;
   /** Least standard deviation of a marker about its offset: the noise of cameras. Unit: m. Default: `0.001`. */
@@ -716,33 +726,33 @@ export interface MarkerWeights {
    */
   "on-bone"?: number;
   /**
-   * Standard deviation of the offset of a marker on a muscle, whose position protocols do not define: half of the width of a
-   * thigh. Unit: m. Default: `0.04`.
+   * Standard deviation of the offset of a marker on a muscle: half of the width of a thigh. Marker protocols do not define
+   * the exact position of such a marker. Unit: m. Default: `0.04`.
    */
   "on-muscle"?: number;
   /**
-   * Distance of a marker from its expected position at which it has a quarter of its weight (Geman and McClure's function).
-   * Skin does not slide that far. Unit: m. Default: `0.05`.
+   * Distance of a marker from its expected position at which the marker has a quarter of its full weight (Geman and McClure's
+   * function). Skin does not slide that far. Unit: m. Default: `0.05`.
    */
   outlier?: number;
   /**
-   * Standard deviation of a marker about its offset, until the take determines it. Skin slides by 5 to 30 mm (Leardini et
-   * al., Gait & Posture 21, 2005). Unit: m. Default: `0.01`.
+   * Largest standard deviation of a marker about its offset. mocap starts with this value, and reduces it if the markers of
+   * the take slide less. Skin slides by 5 to 30 mm (Leardini et al., Gait & Posture 21, 2005). Unit: m. Default: `0.01`.
    */
   slide?: number;
   /**
-   * Ratio of distances below which two labels are exchanged. The exchanged label must be clearly nearer, so that markers that
-   * pass each other keep their labels. Unit: 1. Default: `0.4`.
+   * Ratio of two distances of markers from their expected positions: with exchanged labels, to without. Below this ratio,
+   * mocap exchanges the labels. Thus markers that pass each other keep their labels. Unit: 1. Default: `0.4`.
    */
   swap?: number;
   /**
-   * Distance from its expected position above which a marker may have the label of another marker. Skin slides up to this
-   * distance. Unit: m. Default: `0.03`.
+   * Distance of a marker from its expected position above which the marker may have the label of another marker. Skin slides
+   * up to this distance. Unit: m. Default: `0.03`.
    */
   swapped?: number;
   /**
-   * Standard deviation of the centres of trunk joints and shoulders, for which no regression of all coordinates is known.
-   * Unit: m. Default: `0.02`.
+   * Standard deviation of the joint centres of trunk and shoulders. No regression of all their coordinates is known. Unit: m.
+   * Default: `0.02`.
    */
   trunk?: number;
 }
@@ -757,7 +767,7 @@ export type MeshStyle = "segmented" | "skinned" | "none";
 
 /** Reads motions, changes them, retargets them, and writes the result. */
 export interface MotionJob {
-  /** How the inputs are read. */
+  /** The options for reading the inputs. */
   read?: InputOptions;
   /** The inputs, and the caller's statements about them. */
   source?: Sources;
@@ -845,12 +855,12 @@ export interface OutputOptions {
 /**
  * The worst allowed verdict of a motion on a robot.
  * `"good"`: Only good motions.
- * `"feasible"`: Good and fair ones that the robot can perform, by its masses and efforts.
+ * `"feasible"`: Good and fair motions that the robot can perform with its masses and effort limits.
  * `"fair"`: Good and fair motions.
  */
 export type RequiredVerdict = "good" | "feasible" | "fair";
 
-/** zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N. */
+/** zero (the rest pose of the file), t-pose, a-pose, or frame:N. */
 export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
 
 /** A robot. */
@@ -881,7 +891,7 @@ export interface RobotTarget {
   passes?: number | null;
   /**
    * Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. feasible refuses poor motions,
-   * and those that the robot cannot perform by its masses and efforts.
+   * and motions that the robot cannot perform with its masses and effort limits.
    */
   require?: RequiredVerdict | null;
   /** Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a factor. */
@@ -912,9 +922,9 @@ export interface RobotWeights {
    */
   apart?: number;
   /**
-   * Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot, so the floor
-   * cannot provide the force of its jitter. Its angular acceleration has ten times `acceleration`. Unit: s^4/m^2. Default:
-   * `0.001`.
+   * Difference between the acceleration of the base and its acceleration in the first pass without jitter. The base carries
+   * the mass of the robot, so the floor cannot provide the force that jitter needs. The angular acceleration of the base has
+   * ten times the weight `acceleration`. Unit: s^4/m^2. Default: `0.001`.
    */
   "base-acceleration"?: number;
   /**
@@ -933,25 +943,26 @@ export interface RobotWeights {
    */
   "branch-place"?: number;
   /**
-   * Rotation of a foot in the air about the axes that the ankle drives. It is below a direction's weight, so that the foot
-   * follows the leg. Unit: 1/rad^2. Default: `0.3`.
+   * Rotation of a foot in the air about the axes that the ankle drives. It is below the weight of a limb's direction (1), so
+   * that the foot follows the leg. Unit: 1/rad^2. Default: `0.3`.
    */
   foot?: number;
   /** Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle. Unit: 1. Default: `0.3`. */
   "foot-heading"?: number;
   /**
    * Position of an ankle, or of the sole of a foot in stance, and depth below the floor. A centimetre costs as much as a
-   * radian of a direction, so that feet do not slide. `tools/robot/check` measures it. Unit: 1/m^2. Default: `10000.0`.
+   * radian of a direction, so that feet do not slide. `tools/robot/check` measures the sliding. Unit: 1/m^2. Default:
+   * `10000.0`.
    */
   "foot-place"?: number;
   /**
-   * Rotation of a hand. It is below a direction's weight, so that a wrist with few joints does not bend the forearm. Unit:
-   * 1/rad^2. Default: `0.2`.
+   * Rotation of a hand. It is below the weight of a limb's direction (1), so that a wrist with few joints does not turn the
+   * forearm away from its direction. Unit: 1/rad^2. Default: `0.2`.
    */
   hand?: number;
   /**
-   * Rotation of the head. It is below a direction's weight, so that a neck with few joints does not bend the trunk. Unit:
-   * 1/rad^2. Default: `0.3`.
+   * Rotation of the head. It is below the weight of the trunk's rotation (1), so that a neck with few joints does not bend
+   * the trunk. Unit: 1/rad^2. Default: `0.3`.
    */
   head?: number;
   /**
@@ -960,8 +971,8 @@ export interface RobotWeights {
    */
   "held-distance"?: number;
   /**
-   * Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint (rad/s). A third of a
-   * metre costs as much as a radian: legs cannot stretch, so the hips give way. Unit: 1/m^2. Default: `9.0`.
+   * Position of the hips. A third of a metre costs as much as a radian: legs cannot stretch, so the hips give way. The weight
+   * also converts the velocity of the base (m/s) to the velocity of a joint (rad/s). Unit: 1/m^2. Default: `9.0`.
    */
   "hips-place"?: number;
   /**
@@ -970,8 +981,8 @@ export interface RobotWeights {
    */
   hold?: number;
   /**
-   * Standard deviation of the Gaussian for joints. It halves amplitudes at 5 Hz, because limbs are faster than the base.
-   * Unit: s. Default: `0.04`.
+   * Standard deviation of the Gaussian that removes the jitter from the accelerations of joints. It halves amplitudes at 5
+   * Hz, because limbs are faster than the base. Unit: s. Default: `0.04`.
    */
   "joint-smoothing"?: number;
   /**
@@ -990,18 +1001,19 @@ export interface RobotWeights {
    */
   standing?: number;
   /**
-   * Largest weight of the height of a foot in the second pass. It is below `foot_place`, so that heights give way before
-   * positions over the ground. The floor has a separate term. Unit: 1/m^2. Default: `3000.0`.
+   * Largest weight of the height of a foot in the second pass. It is below `foot_place`: if a foot cannot reach its goal, the
+   * height deviates before the position over the ground. A separate term keeps feet above the floor. Unit: 1/m^2. Default:
+   * `3000.0`.
    */
   "standing-height"?: number;
   /**
-   * Part of the change of a joint between frames above the velocity limit of the robot's file. A tenth of a radian costs as
-   * much as a radian of a direction. The remaining part is cut off. Unit: 1/rad^2. Default: `100.0`.
+   * Part of the change of a joint between two frames that is above the velocity limit of the robot's file. A tenth of a
+   * radian costs as much as a radian of a direction. mocap cuts off the part that remains. Unit: 1/rad^2. Default: `100.0`.
    */
   "step-limit"?: number;
   /**
-   * Roll of a limb, and rotation of a foot about an axis that no ankle joint drives. It is a hundredth of a direction's
-   * weight, so that it only decides what directions leave undetermined. Unit: 1/rad^2. Default: `0.01`.
+   * Roll of a limb, and rotation of a foot about an axis that no ankle joint drives. It is a hundredth of the weight of a
+   * limb's direction (1), so that it only decides what directions leave undetermined. Unit: 1/rad^2. Default: `0.01`.
    */
   twist?: number;
   /**
@@ -1012,7 +1024,7 @@ export interface RobotWeights {
 }
 
 /**
- * The treatment of root motion.
+ * What a conversion does with root motion.
  * `"keep"`: Keep root motion in the root joint.
  * `"in-place"`: Remove root motion.
  * `"extract"`: Move root motion to a new joint above the root.
@@ -1096,7 +1108,7 @@ export interface SourceFrames {
    * rate.
    */
   fps?: number | null;
-  /** Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N. */
+  /** Rest pose: zero (as in the file; in BVH all rotations are 0), t-pose, a-pose (arms 45 degrees down), or frame:N. */
   rest?: RestPoseSource;
   /** The root motion: kept, removed, or moved to a joint above the root. Default: `"keep"`. */
   root?: RootMotion;
@@ -1136,7 +1148,7 @@ export interface Sources {
 
 /** Surveys motions: one row for each clip, in the report and in the written table. */
 export interface SurveyJob {
-  /** How the inputs are read. */
+  /** The options for reading the inputs. */
   read?: InputOptions;
   /** The inputs. */
   source?: SurveySources;
@@ -1205,7 +1217,7 @@ export type Axis = "auto" | "y" | "z" | "-y" | "-z";
 export interface WalkJob {
   /** The options for comparing the frames of the input clips. Without them, the input is a graph file. */
   graph?: GraphJobOptions | null;
-  /** How the clips are read. */
+  /** The options for reading the clips. */
   read?: InputOptions;
   /** The graph file; with `graph`, the clips. */
   source?: WalkSources;
@@ -1230,7 +1242,7 @@ export interface WalkOptions {
   path?: [number, number][] | null;
   /** Walk for this number of seconds, and prefer rarely visited frames. */
   seconds?: number | null;
-  /** Random seed of a walk with --seconds: another seed gives another walk. Default: `1`. */
+  /** Random seed of a walk of a given duration: another seed gives another walk. Default: `1`. */
   seed?: number;
   /** Walk through these clips in this order, by the cheapest transitions. CLIP@SECONDS is a time in a clip. */
   through?: string[];
@@ -1306,26 +1318,29 @@ export type EditStep =
   | GroundStep
   | TurnStep;
 
-/** Holds feet still in contact and above the floor. */
+/** Holds each foot still during ground contact, and keeps it above the floor. */
 export interface FootLockStep {
   step: "foot-lock";
-  /** Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2. */
+  /**
+   * Seconds before a contact during which the correction of the foot fades in, and after a contact during which it fades out.
+   * Default: 0.2.
+   */
   blend?: number;
-  /** The largest height of a foot in contact above the level of rest, in metres. Default: 0.05. */
+  /** During a contact, the largest height of a foot above the height at which it rests, in metres. Default: 0.05. */
   height?: number;
-  /** The largest speed of a foot in contact, in metres per second. Default: 0.25. */
+  /** During a contact, the largest speed of a foot, in metres per second. Default: 0.25. */
   speed?: number;
-  /** The factor of height or speed at which a foot leaves a contact. Default: 1.6. */
+  /** A contact ends when the height or the speed of the foot is above this factor times `height` or `speed`. Default: 1.6. */
   release?: number;
-  /** The shortest contact, in seconds; shorter ones are dropped. Default: 0.08. */
+  /** The shortest contact, in seconds. The step ignores shorter contacts. Default: 0.08. */
   shortest?: number;
-  /** The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05. */
+  /** The shortest gap between two contacts, in seconds. If a gap is shorter, both contacts become one. Default: 0.05. */
   gap?: number;
-  /** The height of the floor along the up axis, in metres. Default: where the feet rest. */
+  /** The height of the floor along the up axis, in metres. Default: the height at which the feet rest. */
   floor?: number;
   /**
-   * The largest change of any other joint, in metres. If locking a foot would move a knee or the hips farther, a part of the
-   * sliding remains. Default: none, no foot slides.
+   * The largest distance by which the step may move a joint that is not part of a foot, in metres. If a full lock would move
+   * a knee or the hips farther, a part of the sliding remains. Default: none, no limit.
    */
   "largest-change"?: number;
   /** The weights of the lock that differ from their defaults. Default: none. */
@@ -1333,70 +1348,84 @@ export interface FootLockStep {
 }
 
 /**
- * Mirrors a motion across the mean plane of the figure: the right side moves as the left side did. A figure that walks
- * forward still walks forward.
+ * Mirrors a motion: the right side of the figure moves as the left side did, and the left side as the right side did. The
+ * mirror is a vertical plane, whose normal is the mean direction to the figure's left. A figure that walks forward still
+ * walks forward.
  */
 export interface MirrorStep {
   step: "mirror";
 }
 
 /**
- * Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each rotation: no
- * axis is preferred, and a joint may rotate by any angle. The first and the last frame do not change. Frames outside the
- * range and its ease time do not change.
+ * Removes fast changes from the rotations and positions of all joints, or of chosen joints. The result does not depend on the
+ * axes of the joints, and a joint may rotate by any angle. The first and the last frame do not change. Frames outside `range`
+ * do not change, except the frames within `ease` seconds of the range.
  */
 export interface SmoothStep {
   step: "smooth";
   /** The filter. Default: Butterworth. */
   filter?: "butterworth" | "gaussian";
-  /** The cut-off in Hz. Default: 6, which keeps a walk. */
+  /**
+   * The cut-off frequency in Hz: the filter keeps slower changes, and removes faster ones. Default: 6, which is above the
+   * frequencies of a walk.
+   */
   "cut-off"?: number;
-  /** The part of the body. Default: everything, unless joints are named. */
+  /** The part of the body to filter. Default: the whole body; with `joints`, only these joints. */
   part?: "upper" | "legs" | "arms" | "head";
-  /** Joints by their names or the names of bones, without the joints below them. With `part`, they are added to the part. */
+  /**
+   * The joints to filter, by the name of a joint or of a bone. The joints below them are not filtered. With `part`, the step
+   * filters both the part and these joints.
+   */
   joints?: string[];
-  /** The part of the motion. Default: the whole. */
+  /** The time range to filter. Default: the whole motion. */
   range?: string;
-  /** Fade time of the filter before and after the range, in seconds. Default: 0.2. */
+  /**
+   * Seconds before the range during which the effect of the filter fades in, and after the range during which it fades out.
+   * Default: 0.2.
+   */
   ease?: number;
 }
 
 /**
- * Replaces spikes, which are rotations and positions that leave the motion for a few frames and come back. The frames before
- * and after are interpolated.
+ * Replaces spikes. A spike is a rotation or a position that jumps away for a few frames and comes back. The new values are
+ * interpolated between the frames before and after the spike.
  */
 export interface DespikeStep {
   step: "despike";
-  /** The least distance of a spike from its neighbours, as a multiple of the distances in the frames around it. Default: 8. */
+  /**
+   * The smallest distance of a spike from the frames before and after it, as a multiple of the median of such distances in
+   * the frames around. Default: 8.
+   */
   threshold?: number;
   /** The smallest jump of a rotation, in degrees. Default: 3. */
   angle?: number;
-  /** The smallest jump of a position, as a fraction of the distance between the ends of the skeleton. Default: 0.02. */
+  /** The smallest jump of a position, as a fraction of the total length of all bones. Default: 0.02. */
   distance?: number;
   /** The longest spike, in frames. Default: 3. */
   longest?: number;
 }
 
 /**
- * Fills gaps: frames in which every joint exactly repeats the frame before, as programs write them for unseen markers. A
- * cubic curve with the speeds before and after the gap continues the motion. For markers and other points without a skeleton,
- * a gap is the frames in which a point was not seen.
+ * Fills gaps. A gap is a run of frames in which every joint exactly repeats the frame before. Capture programs write such
+ * frames while the cameras do not see the markers. The step replaces the gap by a cubic curve, which has the speeds of the
+ * motion before and after the gap. For markers and other points without a skeleton, a gap is a run of frames in which the
+ * cameras did not see the point.
  */
 export interface FillStep {
   step: "fill";
-  /** The longest gap to fill, in seconds. A longer hold may be intended. Default: 0.5. */
+  /** The longest gap to fill, in seconds. In a longer gap, the figure may be still on purpose. Default: 0.5. */
   longest?: number;
-  /** The shortest gap to fill, in seconds. Default: 0, two equal frames. */
+  /** The shortest gap to fill, in seconds. Default: 0, which also fills a single repeated frame. */
   shortest?: number;
 }
 
 /**
- * Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without a defect
- * do not change. If the skeleton is not a humanoid, floor and contacts are not changed.
+ * Cleans a motion. It repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. A repair that finds
+ * no defect does not change the motion. If the skeleton is not a humanoid, the step does not repair floor and contacts.
  */
 export interface CleanStep {
   step: "clean";
-  /** Repair timing: held, duplicated and dropped frames. Default: `true`. */
+  /** Repair timing: frames that repeat the frame before, and missing frames. Default: `true`. */
   time?: boolean;
   /** Remove flips: rotations that jump for some frames and return. Default: `true`. */
   flips?: boolean;
@@ -1413,8 +1442,9 @@ export interface CleanStep {
 }
 
 /**
- * Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position over the
- * ground differs. Joint velocities are continuous at the seam.
+ * Cuts a motion to a loop. Without `frames`, the loop starts and ends at the two frames whose poses, speeds and foot contacts
+ * match best. The last frame equals the first frame, except for the position over the ground. Joint velocities are continuous
+ * at the seam, where the loop starts again.
  */
 export interface LoopStep {
   step: "loop";
@@ -1424,123 +1454,135 @@ export interface LoopStep {
   shortest?: number;
   /** The longest loop to look for, in seconds. Default: 4. */
   longest?: number;
-  /** Seconds in which the difference of the poses fades out after the seam. Default: 0.3. */
+  /** Seconds after the seam during which the difference between the first and the last pose fades out. Default: 0.3. */
   blend?: number;
   /** Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`. */
   "in-place"?: boolean;
 }
 
 /**
- * Appends a second motion, which has the same joints. The first frame of the second motion is the last of the first, so that
- * two parts of a cut motion are restored. The scene gets the warning `PosesApart` if the poses at the seam differ by more
- * than 45 degrees or 30 cm, or the speeds by more than 1 m/s. `within` searches for the most similar pair of an end frame and
- * a start frame near the seam. The measure is the distance of motion graphs, over windows of a third of a second.
+ * Appends a second motion, which has the same joints. At the seam, the last frame of the first motion and the first frame of
+ * the second motion become one frame. So `concat` restores a motion that was cut in two. The scene gets the warning
+ * `PosesApart` if the poses at the seam differ by more than 45 degrees or 30 cm, or the speeds by more than 1 m/s. With
+ * `within`, the step joins the two most similar frames near the end of the first motion and near the start of the second
+ * motion. To compare two frames, it uses the distance of motion graphs, over a third of a second around each frame.
  */
 export interface ConcatStep {
   step: "concat";
   /** The second motion among the motions of a job, counted from 2. Default: the next. */
   with?: number;
-  /** Seconds in which the difference of the poses fades out after the seam. Default: 0.3. */
+  /** Seconds after the seam during which the difference between the two poses fades out. Default: 0.3. */
   blend?: number;
-  /** Whether the second motion begins at the position and heading at which the first motion ends. Default: `true`. */
+  /**
+   * Whether to move and turn the second motion so that it begins at the position and heading at which the first motion ends.
+   * Default: `true`.
+   */
   align?: boolean;
   /**
-   * Seconds at the end of the first and at the beginning of the second motion in which the most similar frames are joined.
-   * Default: 0, which keeps both motions completely.
+   * The step searches this many seconds at the end of the first motion and at the beginning of the second motion for the two
+   * most similar frames. Default: 0, which keeps both motions completely.
    */
   within?: number;
 }
 
 /**
- * Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic time warping
- * of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of both durations. Steps
- * over the ground are mixed in the heading of each figure: two walks in different directions give a walk in a direction
- * between. The scene gets the warning `PosesApart` if mixed poses differ by more than 45 degrees or 30 cm, wherever the
- * figures stand. With `within`, one motion may start later, and one may end earlier, so that the ends match best. The measure
- * is the distance of motion graphs, over windows of a third of a second. The second motion then begins at the place and in
- * the heading of the first.
+ * Mixes a motion with a second motion, which has the same joints. Weight 0 gives the first motion, weight 1 the second
+ * motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at the same phase.
+ * The duration is the weighted mean of both durations. Movements over the ground are mixed relative to the heading of each
+ * figure: two walks in different directions give a walk in a direction between them. The scene gets the warning `PosesApart`
+ * if two mixed poses differ by more than 45 degrees or 30 cm. This comparison ignores position and heading over the ground.
+ * With `within`, the step drops frames at the beginning of one motion and at the end of one motion, so that both motions
+ * begin and end in similar poses. To compare two frames, it uses the distance of motion graphs, over a third of a second
+ * around each frame. With `within`, the second motion also begins at the position and in the heading of the first motion.
  */
 export interface BlendStep {
   step: "blend";
   /** The second motion among the motions of a job, counted from 2. Default: the next. */
   with?: number;
-  /** The fraction of the second motion. Default: 0.5 all the time. */
+  /** The fraction of the second motion: one number, or pairs of a time and a fraction. Default: 0.5 all the time. */
   weight?: number | [number, number][];
   /**
-   * Seconds at the beginning and at the end of both motions in which the most similar frames are searched. Default: 0, which
-   * mixes both motions completely.
+   * The step searches this many seconds at the beginning and at the end of both motions for the most similar frames. Default:
+   * 0, which mixes both motions completely.
    */
   within?: number;
 }
 
 /**
- * Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints, at the
- * same time. After the end of the second motion, its last pose is held.
+ * Takes the rotations of a part of the body from a second motion, which has the same joints. A rotation is relative to the
+ * parent joint. Both motions start at the same time. If the second motion ends first, the part of the body keeps its last
+ * pose.
  */
 export interface LayerStep {
   step: "layer";
   /** The second motion among the motions of a job, counted from 2. Default: the next. */
   with?: number;
-  /** The part of the body. Default: the spine and all above it. */
+  /** The part of the body. Default: the spine and all joints above it, with the arms. */
   part?: "upper" | "legs" | "arms" | "head";
 }
 
 /** Makes parts of a motion faster or slower, or bends its path over the ground. */
 export interface WarpStep {
   step: "warp";
-  /** Pairs of a time in the motion and its new time, in seconds, both increasing. The start does not change. */
+  /**
+   * Pairs of an old and a new time, in seconds. From pair to pair, both times increase. Time 0 stays time 0, unless the first
+   * new time is 0.
+   */
   moments?: [number, number][];
-  /** The factor of the speed of the whole motion, above 0. */
+  /** The factor by which the whole motion becomes faster. It must be above 0; 0.5 is half the speed. */
   speed?: number;
-  /** Points over the ground through which the figure passes, in metres, each with or without its time. */
+  /** Points over the ground through which the figure passes, in metres. All points have a time, or none has one. */
   path?: { seconds?: number | null; at: [number, number] }[];
-  /** The facing of the figure: along the path, or as before. Default: along. */
+  /** The facing of the figure: it turns with the path, or keeps its old facing. Default: along. */
   facing?: "along" | "kept";
 }
 
-/** Keyframe animation: keeps the poses of chosen frames, and interpolates the others. */
+/** Makes a keyframe animation: keeps the poses of chosen frames, the keys, and interpolates all other frames. */
 export interface InBetweenStep {
   step: "in-between";
-  /** The frames whose poses are kept. The first and the last frame are always kept. */
+  /** The frames whose poses the step keeps. It always keeps the first and the last frame, too. */
   keys?: number[];
-  /** The distance in frames of further keys. Default: 0, no others. */
+  /** Frames whose number is a multiple of this number are also keys. Default: 0, no further keys. */
   every?: number;
-  /** The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps of speed. */
+  /**
+   * The interpolation between keys. Default: squad, whose speed does not jump at a key. A speed that is constant over the
+   * keys stays constant.
+   */
   interpolation?: "slerp" | "squad";
 }
 
-/** Keeps a part of a motion. */
+/** Keeps one time range of a motion, and drops the frames before and after it. */
 export interface TrimStep {
   step: "trim";
   /** The first and the last time to keep. Default: the whole motion. */
   range?: string;
 }
 
-/** Gives a motion another frame rate at the same speed. */
+/** Gives a motion another frame rate. The speed of the motion does not change. */
 export interface ResampleStep {
   step: "resample";
   /** Frames per second. Default: 30. */
   rate?: number;
 }
 
-/** Drops the first frame if it is a rest pose, as in some files. */
+/** Drops the first frame if it is a rest pose. Some programs write the rest pose as the first frame. */
 export interface DropFirstFrameStep {
   step: "drop-first-frame";
   /** Whether to drop the first frame even if it is not a rest pose. Default: `false`. */
   always?: boolean;
 }
 
-/** Keeps the root above its start point. Its height and its rotation do not change. */
+/** Keeps the root above the point over which it starts. The height and the rotation of the root do not change. */
 export interface InPlaceStep {
   step: "in-place";
 }
 
-/** Moves the motion of the root over the ground to a new joint above it. */
+/** Takes the horizontal motion away from the root and gives it to a new joint, which becomes the parent of the root. */
 export interface RootMotionStep {
   step: "root-motion";
 }
 
-/** Plays a motion backwards: its last frame becomes its first. A second `reverse` restores it. */
+/** Plays a motion backwards: the last frame becomes the first frame. A second `reverse` restores the motion. */
 export interface ReverseStep {
   step: "reverse";
 }
@@ -1552,14 +1594,17 @@ export interface RestStep {
   pose?: "t-pose" | "a-pose";
 }
 
-/** Inserts the T-pose before the first frame, on the floor at the start point. */
+/**
+ * Inserts a frame before the first frame. In the new frame, the figure stands in the T-pose on the floor, at the point over
+ * which the motion starts.
+ */
 export interface TPoseFirstStep {
   step: "t-pose-first";
 }
 
 /**
- * Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the bending axis.
- * Nothing moves, neither at rest nor in motion.
+ * Turns the coordinate frame of every joint in the rest pose. One axis then points to the next joint, and another is the axis
+ * about which the joint bends. The positions of the joints do not change, neither in the rest pose nor in the motion.
  */
 export interface BoneAxisStep {
   step: "bone-axis";
@@ -1568,27 +1613,27 @@ export interface BoneAxisStep {
 }
 
 /**
- * Brings a hand or a foot to a target in a range of a motion: the wrist or the ankle, or a joint below it. The limb stays at
- * the target during the range. It moves to the target before the range, and back after it. Two bones turn by the law of
- * cosines, about the axis about which the limb bends in the motion. A hand turns with its forearm, a foot keeps its rotation
- * in the world. Nothing else changes.
+ * Brings a hand or a foot to a target during a time range. The wrist or the ankle reaches the target, or a joint below it.
+ * The limb moves to the target before the range, stays there during the range, and moves back after the range. The upper and
+ * the lower bone of the limb turn. The elbow or the knee bends about the same axis as in the rest of the motion. A hand turns
+ * with its forearm, but a foot keeps its rotation in the world. Nothing else changes.
  */
 export interface ReachStep {
   step: "reach";
   /** The limb. Default: the right hand. */
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
-  /** The target. It must be given. */
+  /** The target: a point of the world in metres, or the name of a node. It must be given. */
   to: string | [number, number, number];
-  /** The point to reach, from the origin of the target in metres along its axes. Default: the origin. */
+  /** The position of the point to reach, in the coordinate frame of the target, in metres. Default: the origin of the target. */
   offset?: [number, number, number];
-  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
+  /** For a skeleton without known limbs: the first joint of the chain that moves. It replaces `limb`. Default: none. */
   start?: string;
   /**
-   * The joint that moves to the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
-   * or the only end effector below `start`.
+   * The joint that comes to the target. It is the wrist, the ankle or a joint below. With `start`, it is a joint below
+   * `start`. Default: the wrist or the ankle; with `start`, the only end effector below `start`.
    */
   tip?: string;
-  /** The range in which the limb is at the target. Default: the whole motion. */
+  /** The time range during which the limb is at the target. Default: the whole motion. */
   range?: string;
   /** Duration of the movement to the target before the range, in seconds. Default: 0.4. */
   "ease-in"?: number;
@@ -1597,53 +1642,61 @@ export interface ReachStep {
 }
 
 /**
- * Holds a hand or a foot at the object that it touches. The limb keeps its mean position in the frame of the target, which
- * may move and rotate. If the limb is too short, it comes as near as possible. The limb is held in a given range, or in every
- * range in which it is near the target and slow relative to it. Two bones, or the joints of a chain, turn as in `reach`.
- * Nothing else changes. Use `foot-lock` for feet on the floor, because it lets them roll.
+ * Holds a hand or a foot at the object that it touches, the target. During a contact, the limb keeps its mean position in the
+ * coordinate frame of the target. The target may move and rotate. If the limb is too short to reach this position, it comes
+ * as near as possible. A contact is the given range. Without a range, it is every time during which the limb is near the
+ * target and slow relative to the target. The bones turn as in `reach`. Nothing else changes. For feet on the floor, use
+ * `foot-lock`, which lets a foot roll.
  */
 export interface PinStep {
   step: "pin";
   /** The limb. Default: the right hand. */
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
-  /** The target that the limb touches. Default: the world, at the position of the limb. */
+  /**
+   * The target that the limb touches: a point of the world in metres, or the name of a node. Default: the mean position of
+   * the limb in `range`, which must then be given.
+   */
   to?: string | [number, number, number];
-  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
+  /** For a skeleton without known limbs: the first joint of the chain that moves. It replaces `limb`. Default: none. */
   start?: string;
   /**
-   * The joint that touches the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
-   * or the only end effector below `start`.
+   * The joint that touches the target. It is the wrist, the ankle or a joint below. With `start`, it is a joint below
+   * `start`. Default: the wrist or the ankle; with `start`, the only end effector below `start`.
    */
   tip?: string;
-  /** The range of the contact. Default: detected. */
+  /** The time range of the contact. Default: the step finds the contacts by `distance` and `speed`. */
   range?: string;
-  /** The largest distance of a detected contact from the target, in metres. Default: 0.3, from joint to joint. */
+  /**
+   * If the step finds the contacts: the largest distance between `tip` and the origin of the target, in metres. Default: 0.3,
+   * because joints are inside the body.
+   */
   distance?: number;
-  /** The largest speed of a detected contact relative to the target, in metres per second. Default: 0.25. */
+  /** If the step finds the contacts: the largest speed of `tip` relative to the target, in metres per second. Default: 0.25. */
   speed?: number;
-  /** Blend time before and after a contact, in seconds. Default: 0.2. */
+  /** Duration of the movement to the target before a contact, and of the movement back after it, in seconds. Default: 0.2. */
   blend?: number;
 }
 
 /**
- * Turns neck and head so that the figure looks at a target in a range of a motion. The line of sight goes through the target.
- * It starts between the eyes, or at the joint of the head, and points forward. The neck takes a fraction of the rotation, the
- * head the rest. Beyond the limit, an angle from the facing of the trunk, the head stays behind smoothly. The figure does not
- * look at a target behind its back. The head follows a faster target with at most 400 degrees per second: it starts earlier
- * and arrives later.
+ * Turns neck and head so that, during a time range, the figure looks at a target. The line of sight then goes through the
+ * target. This line points forward from the middle between the eyes, or from the head joint if the skeleton has no eyes. The
+ * neck takes a fraction of the rotation, and the head takes the remaining rotation. If the target is farther to the side than
+ * `limit`, the figure no longer looks exactly at the target: the head stops at most 15 degrees after the limit. The figure
+ * does not look at a target behind its back. The step adds at most 400 degrees of rotation per second. If the target moves
+ * faster, the turn starts earlier and ends later.
  */
 export interface LookAtStep {
   step: "look-at";
-  /** The target. It must be given. */
+  /** The target: a point of the world in metres, or the name of a node. It must be given. */
   at: string | [number, number, number];
   /** The fraction of the rotation that the neck takes. Default: 0.4. */
   neck?: number;
   /**
-   * The largest angle between the facing of the trunk and the target at which the figure looks at the target, in degrees.
-   * Default: 80.
+   * The angle between the direction that the trunk faces and the direction to the target, in degrees. Up to this angle, the
+   * figure looks exactly at the target. Default: 80.
    */
   limit?: number;
-  /** The range in which the figure looks at the target. Default: the whole motion. */
+  /** The time range during which the figure looks at the target. Default: the whole motion. */
   range?: string;
   /** Duration of the turn to the target before the range, in seconds. Default: 0.4. */
   "ease-in"?: number;
@@ -1652,22 +1705,23 @@ export interface LookAtStep {
 }
 
 /**
- * Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as `clean` does, and
- * then the height, however small. Hills, stairs and treadmills do not change: `docs/cleaning-algorithm.md` describes their
- * detection.
+ * Puts a motion on the floor at height 0. The step removes the slope of the floor and the drift of the body, as `clean` does.
+ * Then it moves the figure so that the floor is exactly at height 0. The slope of a hill or of stairs, and the drift on a
+ * treadmill, do not change: `docs/cleaning-algorithm.md` describes how mocap detects them.
  */
 export interface GroundStep {
   step: "ground";
 }
 
 /**
- * Turns a motion about the vertical through the figure's place in the first frame. It turns by an angle, or until the figure
- * faces a direction in that frame. Everything that the animation moves turns too.
+ * Rotates a motion about the vertical line through the figure's position in the first frame. The step rotates by a given
+ * angle, or until the figure faces a given direction in the first frame. It also rotates everything else that the animation
+ * moves. Give either `by` or `facing`.
  */
 export interface TurnStep {
   step: "turn";
   /** The angle in degrees, counterclockwise as seen from above. */
   by?: number;
-  /** The axis of the scene along which the figure looks in the first frame. */
+  /** The axis of the scene along which the figure faces in the first frame of the result. */
   facing?: "x" | "-x" | "y" | "-y" | "z" | "-z";
 }

@@ -66,7 +66,7 @@ function leanFont(bytes, start) {
     return { at: place(index), length: place(index + 1) - place(index) };
   };
   const kept = glyphsOf(font, tables.get("cmap").at);
-  // A set that grows while it is gone through.
+  // The set grows during the iteration.
   for (const index of kept) {
     const { at, length } = glyph(index);
     if (length && font.getInt16(at) < 0) for (const part of partsOf(font, at)) kept.add(part);

@@ -35,5 +35,5 @@ export async function notShownOf(file) {
   const sliders = hasTargets ? "Morph targets have sliders, beside the joints." : "";
   if (!parts.length) return sliders;
   const last = parts.pop();
-  return `The picture leaves ${parts.length ? `${parts.join(", ")} and ` : ""}${last} still. A file saved of the character keeps them. ${sliders}`;
+  return `The picture leaves ${parts.length ? `${parts.join(", ")} and ` : ""}${last} still. A saved file of the character keeps this data. ${sliders}`;
 }

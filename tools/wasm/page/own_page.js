@@ -41,8 +41,8 @@ export class OwnPage {
     const files = [];
     for (const { name, text, lastModified } of session.files) {
       files.push(new File([await piped(fromBase128(text), new DecompressionStream("gzip"))], name, { lastModified }));
-      // A text of megabytes is not keptOf.
     }
+    // Release the texts, which may have megabytes.
     session.files = [];
     return session.items.map((item) => ({ ...item, files: item.files.map((index) => files[index]) }));
   }

@@ -118,7 +118,7 @@ fn packed(bytes: &[u8]) -> Result<Database, Failure> {
     match database.clips().iter().find(|clip| !clip.is_packed() && !clip.mirrored) {
         None => Ok(database),
         Some(clip) => Err(Failure::argument(format!(
-            "the database lacks the motion of {}: make the database with --pack",
+            "the database lacks the motion of {}: make the database with `mocap index --pack`",
             clip.row.file
         ))),
     }

@@ -3,7 +3,7 @@
 use mocap::scene::Keys;
 use serde::Serialize;
 
-/// Keys: the address of the values and of their ticks, if those are not 0, 1, 2, ...
+/// Keys: the address of the values, and the address of the ticks if they are not 0, 1, 2, ...
 #[derive(Serialize)]
 pub(crate) struct KeysAt {
     length: usize,

@@ -91,8 +91,8 @@ pub extern "C" fn mocap_output_length(part: u32) -> usize {
     with_state(|state| state.output(part).len()).unwrap_or(0)
 }
 
-/// Poses a scene. Returns the address of the world matrices of the nodes, 16 numbers each, in column-major order. They
-/// are valid until the scene is posed again. Null if there is no such scene or animation.
+/// Poses a scene. Returns the address of the world matrices of the nodes, 16 numbers each, in column-major order. The
+/// matrices are valid until the scene is posed again. Null if there is no such scene or animation.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_pose(scene: u32, animation: u32, tick: f64) -> *const f32 {
     let posed = with_state(|state| {

@@ -560,7 +560,7 @@ fn retarget(
         .flatten();
     let humanoid = retargeting.humanoid().cloned();
     let (mut provenance, mut reports) = (Vec::new(), Vec::new());
-    // What it records is recorded when a file is written.
+    // A writer adds the provenance later.
     let mut scene = Scene {
         metadata: target.scene.metadata.clone(),
         ..retargeting.scene()
@@ -569,7 +569,7 @@ fn retarget(
     if let Some(robot) = target.robot.as_ref().filter(|_| !target.scene.meshes.is_empty()) {
         add_links(robot, &mut scene);
     }
-    // The skeleton may have a root that the file lacked.
+    // Use the character of the retargeting, because its skeleton may have a new root.
     let file = match retargeting.target() {
         Target::Character(character) => Some(Arc::clone(character)),
         _ => None,

@@ -46,28 +46,28 @@ unsafe extern "C" fn ufbx_strlen(text: *const c_char) -> usize {
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_memcpy(to: *mut c_void, from: *const c_void, count: usize) -> *mut c_void {
-    // SAFETY: the caller has `count` bytes at both, which do not overlap.
+    // SAFETY: the caller has `count` bytes at both pointers, which do not overlap.
     unsafe { std::ptr::copy_nonoverlapping(from.cast::<u8>(), to.cast::<u8>(), count) };
     to
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_memmove(to: *mut c_void, from: *const c_void, count: usize) -> *mut c_void {
-    // SAFETY: the caller has `count` bytes at both.
+    // SAFETY: the caller has `count` bytes at both pointers.
     unsafe { std::ptr::copy(from.cast::<u8>(), to.cast::<u8>(), count) };
     to
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_memset(to: *mut c_void, byte: c_int, count: usize) -> *mut c_void {
-    // SAFETY: the caller has `count` bytes there.
+    // SAFETY: the caller has `count` bytes at `to`.
     unsafe { std::ptr::write_bytes(to.cast::<u8>(), byte as u8, count) };
     to
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_memchr(from: *const c_void, byte: c_int, count: usize) -> *const c_void {
-    // SAFETY: the caller has `count` bytes there, and nothing is read if `count` is 0.
+    // SAFETY: the caller has `count` bytes at `from`, and nothing is read if `count` is 0.
     let bytes = unsafe { bytes(from, count) };
     match bytes.iter().position(|found| *found == byte as u8) {
         Some(place) => from.wrapping_byte_add(place),
@@ -77,7 +77,7 @@ unsafe extern "C" fn ufbx_memchr(from: *const c_void, byte: c_int, count: usize)
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_memcmp(a: *const c_void, b: *const c_void, count: usize) -> c_int {
-    // SAFETY: the caller has `count` bytes at both.
+    // SAFETY: the caller has `count` bytes at both pointers.
     let (a, b) = unsafe { (bytes(a, count), bytes(b, count)) };
     a.cmp(b) as c_int
 }
@@ -128,7 +128,7 @@ extern "C" fn ufbx_malloc(size: usize) -> *mut c_void {
 unsafe extern "C" fn ufbx_realloc(from: *mut c_void, old_size: usize, new_size: usize) -> *mut c_void {
     match (layout(old_size), layout(new_size)) {
         _ if from.is_null() => ufbx_malloc(new_size),
-        // SAFETY: it was allocated above with this layout, and both sizes are above 0.
+        // SAFETY: `from` was allocated above with the layout `old`, and both sizes are above 0.
         (Some(old), Some(new)) => unsafe { std::alloc::realloc(from.cast(), old, new.size()) }.cast(),
         _ => std::ptr::null_mut(),
     }
@@ -137,7 +137,7 @@ unsafe extern "C" fn ufbx_realloc(from: *mut c_void, old_size: usize, new_size: 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_free(from: *mut c_void, old_size: usize) {
     if let (false, Some(layout)) = (from.is_null(), layout(old_size)) {
-        // SAFETY: it was allocated above with this layout.
+        // SAFETY: `from` was allocated above with this layout.
         unsafe { std::alloc::dealloc(from.cast(), layout) };
     }
 }

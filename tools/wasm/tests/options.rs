@@ -1,6 +1,7 @@
-//! Every option of a call does what the library does with it, and a wrong one is refused in the words of the package.
+//! Every option of a call has the effect of the library's option, and a wrong option is refused with names of the
+//! package.
 //!
-//! Calls go through the functions that the package calls, as JSON and bytes. What is expected comes from the library's
+//! The tests call the same functions as the package, with JSON and bytes. The expected results come from the library's
 //! own functions.
 
 #![allow(unsafe_code, reason = "inputs and answers of the module are addresses")]
@@ -34,11 +35,11 @@ fn answer(call: extern "C" fn() -> u32, request: &Value, files: &[&[u8]]) -> Ans
     let request = request.to_string();
     for input in [request.as_bytes()].iter().chain(files) {
         let room = mocap_input(input.len());
-        // SAFETY: the module made room for so many bytes.
+        // SAFETY: the module allocated `input.len()` bytes.
         unsafe { room.copy_from_nonoverlapping(input.as_ptr(), input.len()) };
     }
     let is_wrong = call() != 0;
-    // SAFETY: the answer stays until the next call.
+    // SAFETY: the answer is valid until the next call.
     let part = |part| unsafe { std::slice::from_raw_parts(mocap_output(part), mocap_output_length(part)) };
     let json: Value = serde_json::from_slice(part(0)).unwrap();
     match is_wrong {
@@ -51,14 +52,14 @@ fn fixture(path: &str) -> Vec<u8> {
     std::fs::read(format!("{FIXTURES}/{path}")).unwrap()
 }
 
-/// What a call or the library made: bytes, or a message.
+/// The result of a call or of the library: bytes, or a message.
 type Made = Result<Vec<u8>, String>;
 
 fn message(error: &Value) -> String {
     error["message"].as_str().unwrap().to_owned()
 }
 
-/// A scene of the module, as JSON.
+/// Writes a scene of the module to a file.
 fn written(scene: &Value, format: &str, options: &Value) -> Made {
     let request = json!({"call": "write", "scene": scene, "format": format, "options": options});
     let written = call(&request, &[]).map_err(|error| message(&error))?;
@@ -70,7 +71,7 @@ fn read(path: &str, name: &str, options: &Value) -> Result<Value, Value> {
     Ok(call(&request, &[&fixture(path)])?.0["scene"].clone())
 }
 
-/// The first place where two strings differ, with what is around it.
+/// The first difference between two results, with the text around it.
 fn difference(made: &Made, expected: &Made) -> String {
     let (Ok(made), Ok(expected)) = (made, expected) else {
         return format!("{made:?}, {expected:?}").chars().take(400).collect();
@@ -88,7 +89,7 @@ fn viewed(scene: Result<Scene, Error>) -> Made {
     Ok(serde_json::to_vec(&SceneView::new(&scene)).unwrap())
 }
 
-/// As the module reads where nothing is asked for.
+/// The module's importer without options.
 fn importer() -> Importer {
     Importer::new().threads(1).skeleton_mesh(SkeletonMesh::Skinned)
 }
@@ -328,7 +329,7 @@ fn options_of_writing_are_those_of_the_exporter() {
     bare.leave_out_meshes();
     let bare = new().write_as(&bare, "scene.glb").unwrap().into_bytes().unwrap();
     assert!(written(&scene, "glb", &json!({"skeletonOnly": true})) == Ok(bare));
-    // Its name stands in the picture.
+    // The picture shows the name.
     let picture = |name| written(&scene, "png", &json!({"name": name})).unwrap();
     assert!(picture("one") != picture("another"));
 }
@@ -343,12 +344,12 @@ fn options_of_the_clip_of_a_character_are_those_of_gltf() {
     let moved = call(&request, &[]).unwrap().0["scene"].clone();
     let size = |options: Value| written(&moved, "glb", &options).unwrap().len();
     let plain = size(json!({}));
-    // A rotation is four numbers of 32 or of 16 bits.
+    // The four numbers of a rotation have 32 or 16 bits.
     assert!(size(json!({"compress": "int16"})) < plain);
     assert!(size(json!({"maxError": 0.01})) < plain);
     assert!(size(json!({"keepConstant": true})) >= plain);
     assert!(size(json!({"skeletonOnly": true})) < plain / 2);
-    // What is passed through names its source: the file is the library's own.
+    // A file that is passed through records its source, and equals the library's file.
     let file = MemoryFile {
         name: "hero.glb",
         bytes: &hero,
@@ -392,7 +393,7 @@ fn options_of_retargeting_are_those_of_the_library() {
         let mut retargeting = Retargeter::onto(target, options).unwrap();
         retargeting.add(SourceMotion::converted(source)).unwrap();
         let reports = retargeting.clips().iter().map(|clip| clip.report.clone());
-        // Read as the answer is, so that numbers are rounded as its numbers are.
+        // Parse the text like the answer, so that numbers are rounded in the same way.
         let text = serde_json::to_string(&reports.collect::<Vec<_>>()).unwrap();
         serde_json::from_str::<Value>(&text).unwrap()
     };
@@ -432,7 +433,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
     let walk = fixture(WALK);
     for (call, options, expected) in [
         ("read", json!({"colour": 1}), "colour is not an option of read"),
-        // Names of a job are none of the package.
+        // The package does not accept names of a job.
         ("read", json!({"from": "bvh"}), "from is not an option of read"),
         (
             "read",
@@ -548,7 +549,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         message(&bone).starts_with("bones.hipz of convert must be one of hips, "),
         "{bone}"
     );
-    // What is null is not given.
+    // `null` means an absent option.
     call(&with("convert", json!({"unit": null, "keepUnits": null})), &[]).unwrap();
     let robot = json!({"call": "robotStream", "scene": scene, "robot": scene, "options": {}});
     assert!(message(&answer(mocap_call_other, &robot, &[]).unwrap_err()).contains("readCharacter"));
@@ -587,7 +588,7 @@ fn options_of_a_stream_are_checked() {
     }
 }
 
-/// The options of an interface of TypeScript and of those that it extends, by their names.
+/// The options of a TypeScript interface, including the interfaces that it extends.
 fn declared(types: &str, name: &str) -> BTreeSet<String> {
     let (_, rest) = types.split_once(&format!("export interface {name} ")).unwrap();
     let (head, rest) = rest.split_once("{\n").unwrap();
@@ -598,7 +599,7 @@ fn declared(types: &str, name: &str) -> BTreeSet<String> {
     let mut options: BTreeSet<String> = options.map(|(name, _)| name.to_owned()).collect();
     let extended = head.trim().strip_prefix("extends ").unwrap_or_default().split(", ");
     for other in extended.filter(|other| !other.is_empty()) {
-        // This one lacks an option, which the interface has itself.
+        // This base omits an option, which the interface declares itself.
         let other = if other == "ErrorOptions" {
             "SizeCallOptions"
         } else {

@@ -1,4 +1,4 @@
-//! The contents of drawings.
+//! Lists the contents of a drawing, for other tests.
 
 use mocap::render::Drawing;
 use mocap_render::internals::Shape;

@@ -1,4 +1,4 @@
-//! Angles beyond a turn.
+//! Tests curves of angles that grow beyond a turn.
 
 use mocap::glam::{DQuat, DVec3, Quat};
 use mocap::scene::RotationOrder;

@@ -1,4 +1,4 @@
-//! The drawn nodes and links of figures.
+//! Tests which nodes and links of a figure are drawn.
 
 use mocap::figure::Humanoid;
 use mocap::glam::Vec3;
@@ -16,7 +16,7 @@ fn numbers_are_short() {
 fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
     let scene = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let all = links(&scene, &Humanoid::of(&scene)).len();
-    // A still joint above the hips.
+    // A joint above the hips that does not move.
     let mut moved = scene.clone();
     moved.nodes.insert(
         0,

@@ -1,4 +1,4 @@
-//! Sizes of images.
+//! Tests how the size of an image is read from its header.
 
 use mocap_render::internals::image_size;
 

@@ -1,4 +1,4 @@
-//! Palettes of 256 colours.
+//! Tests the palettes of 256 colours for GIF files.
 
 use mocap_render::internals::palette::{MOST, Palette, median_cut};
 use mocap_render::internals::{Color, theme};
@@ -18,7 +18,7 @@ fn the_palette_fits_and_holds_what_is_painted() {
     }
 }
 
-/// All of the greys and reds is near one of them.
+/// Every grey and red is near one of these colours.
 #[test]
 fn many_colours_become_256() {
     let pixels: Vec<u8> = (0..=255u8)

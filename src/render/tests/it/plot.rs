@@ -1,4 +1,4 @@
-//! Curves over time.
+//! Tests plots of curves over time.
 
 use crate::drawing::{points, texts};
 use mocap::Conversion;

@@ -58,7 +58,7 @@ fn pictures_stay_the_same_to_the_byte() {
         keep(format!("{name}.gif"), &movie.to_gif().unwrap());
         keep(format!("{name}.apng"), &movie.to_apng().unwrap());
     }
-    // `HASH NAME.KIND` of the chosen files.
+    // Lines `HASH NAME.KIND` of the chosen files.
     let is_chosen = |line: &&str| files.iter().any(|(name, _)| line.contains(&format!(" {name}.")));
     let expected: Vec<_> = expected.lines().filter(is_chosen).collect();
     assert_eq!(
@@ -167,7 +167,7 @@ fn every_fixture_can_be_drawn() {
     }
 }
 
-/// The orders are those of the CHANNELS of the files.
+/// The expected orders are in the CHANNELS of the files.
 #[test]
 fn a_screen_names_the_orders_of_rotations() {
     let shown = |file: &str| {
@@ -282,7 +282,7 @@ fn pixels(scene: &Scene) -> Vec<[u8; 3]> {
     bytes.as_chunks::<3>().0.to_vec()
 }
 
-/// The skin of this character is brown by its texture, and grey without.
+/// The skin of this character is brown with its texture, and grey without a texture.
 #[test]
 fn a_skin_has_the_colours_of_its_texture() {
     let importer = mocap::Importer::new()
@@ -315,7 +315,7 @@ fn a_skin_has_the_colours_of_its_texture() {
     assert!(5 * brown(&hero) < textured, "{}", brown(&hero));
 }
 
-/// Links are wider than bones, so that more of the paper is painted.
+/// Links are wider than bones, so they cover more pixels.
 #[test]
 fn a_robot_is_drawn_with_its_links() {
     let robot = mocap::Importer::new()

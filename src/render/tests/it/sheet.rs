@@ -1,4 +1,4 @@
-//! Contact sheets.
+//! Tests contact sheets: pictures with several poses of a clip in a row.
 
 use crate::drawing::{points, texts};
 use mocap::render::{Clip, Drawing, SheetOptions};
@@ -41,7 +41,7 @@ fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
     }
 }
 
-/// The head of this character is above its highest joint, further than the margin.
+/// The head of this character is above its highest joint, by more than the margin.
 #[test]
 fn a_skin_is_inside_the_picture() {
     let importer = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Own);

@@ -1,4 +1,4 @@
-//! Triangles with depth.
+//! Tests that near triangles hide far triangles.
 
 use mocap::glam::Vec2;
 use mocap::render::Drawing;

@@ -1,4 +1,4 @@
-//! Drawings as SVG.
+//! Tests drawings that are written as SVG.
 
 use mocap::render::Drawing;
 use mocap_render::internals::{Anchor, Color, number};

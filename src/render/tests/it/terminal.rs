@@ -1,4 +1,4 @@
-//! Words on a terminal.
+//! Tests how messages are wrapped on a terminal.
 
 use mocap_render::internals::wrapped;
 

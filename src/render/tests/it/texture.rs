@@ -1,4 +1,4 @@
-//! Textures.
+//! Tests how textures are read and sampled.
 
 use mocap::glam::Vec2;
 use mocap::scene::{AlphaMode, Surface, Wrap};

@@ -1,4 +1,4 @@
-//! The script of the player page.
+//! Tests the script of the player page.
 
 mod listing;
 mod morphs;

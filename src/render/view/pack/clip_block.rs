@@ -1,6 +1,7 @@
-//! Packs a range of frames of a long motion as a packed clip, which takes less than half of the bytes of rows.
+//! Packs a range of frames of a long motion as a packed clip. It takes less than half of the bytes of the rows that
+//! `pack.rs` describes.
 //!
-//! Its lengths are in metres, as in all packed clips. `view/packed.js` reads it.
+//! Lengths are in metres, as in all packed clips. `view/packed.js` reads the packed clip.
 
 use std::ops::Range;
 
@@ -18,7 +19,8 @@ pub struct ClipBlocks {
 }
 
 impl ClipBlocks {
-    /// `None` if there is no motion, or if a scale is animated, which packed clips cannot store.
+    /// Prepares the blocks of an animation. `None` if there is no motion, or if a scale is animated, which packed clips
+    /// cannot store.
     pub(super) fn new(
         scene: &Scene,
         animation: Option<&Animation>,

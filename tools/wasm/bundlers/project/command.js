@@ -1,4 +1,4 @@
-// Node and Deno: prints what it has played. `command.js FILE JOINT FRAME`
+// For Node and Deno: plays a file and prints the result. `command.js FILE JOINT FRAME`
 
 import { readFileSync } from "node:fs";
 import process from "node:process";

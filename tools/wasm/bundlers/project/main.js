@@ -1,4 +1,4 @@
-// A page: what it has played, or why not, stands in `window.played`.
+// A page. `window.played` gets the result or the error.
 
 import { play } from "./walk.js";
 

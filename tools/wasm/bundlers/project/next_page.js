@@ -1,5 +1,5 @@
 "use client";
-// A page of Next.js. Its server renders it too, without an effect.
+// A page of Next.js. The server renders the page too, and does not run effects.
 
 import { useEffect } from "react";
 import { load } from "mocap-wasm";

@@ -1,4 +1,4 @@
-// A page whose worker plays.
+// A page that plays in a worker.
 
 async function start() {
   const { joint, frame } = Object.fromEntries(new URLSearchParams(location.search));

@@ -1,4 +1,4 @@
-// A thread of Node plays in place of the program.
+// Plays in a worker thread of Node.
 
 import process from "node:process";
 import { Worker } from "node:worker_threads";

@@ -1,10 +1,10 @@
-// What every host does: reads a walk and poses it, once by the package and once by its loader for three.js.
+// The work of every host: reads a walk and poses it, with the package and with its loader for three.js.
 
 import { AnimationMixer, Vector3 } from "three";
 import { load } from "mocap-wasm";
 import { MocapLoader } from "mocap-wasm/three";
 
-/** Where a joint is in both, at a frame of the file. */
+/** The position of a joint at a frame of the file, from both. */
 export async function play(bytes, joint, frame) {
   const mocap = await load();
   const scene = mocap.read(bytes, "walk.bvh");

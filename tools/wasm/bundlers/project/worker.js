@@ -1,4 +1,4 @@
-// A worker: it plays in place of the page.
+// A worker that plays for its page.
 
 import { play } from "./walk.js";
 

@@ -1,4 +1,4 @@
-//! Lists of pages.
+//! Tests the lists of player pages.
 
 use mocap::Scene;
 use mocap::render::{Clip, ListingEntry};

@@ -1,4 +1,4 @@
-//! Morph targets of the player page.
+//! Tests the morph targets of the player page.
 
 use mocap::glam::Vec3;
 use mocap::scene::{Mesh, MorphTarget};

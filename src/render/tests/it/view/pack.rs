@@ -1,4 +1,4 @@
-//! Packed motion of the player page.
+//! Tests how a motion is packed for the player page.
 
 mod clip_block;
 

@@ -1,4 +1,4 @@
-//! Weights of vertices.
+//! Tests the weights of vertices on the player page.
 
 use mocap_render::internals::strongest_four;
 

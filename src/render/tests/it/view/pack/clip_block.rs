@@ -1,4 +1,4 @@
-//! Blocks that are packed clips.
+//! Tests the blocks of a long motion that are packed clips.
 
 use mocap::compress::PackedClip;
 use mocap::glam::Mat4;
