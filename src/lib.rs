@@ -26,7 +26,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 //!
-//! Drive nodes of your own, found by name, from a tick:
+//! Set the transforms of your own nodes at a tick; channels are found by name:
 //!
 //! ```
 //! use mocap::Trs;
@@ -49,16 +49,16 @@
 //! | convert a file to another format | [`convert()`] | the two formats |
 //! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FormatInfo::ALL`] lists the formats | its format |
 //! | have metres with +Y up, a part of the clip, another frame rate | [`Conversion`] | |
-//! | write a format, small within an error bound | [`Exporter`] | its format |
+//! | write a file, small within an error bound | [`Exporter`] | its format |
 //! | set all options of one format | [`gltf`], [`bvh`], [`fbx`], [`vrma`]; [`compress`] has the packed clips | its format |
 //! | play a motion in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time | |
 //! | infer unit, up axis, and which joint is which bone | [`figure`] | |
 //! | bend a limb to a goal | [`ik`] | `edit` |
 //! | have the scene and the print-outs of Assimp | [`process`], [`dump`] | |
 //! | change a motion: lock feet, mirror, smooth, loop, blend | [`edit`] | `edit` |
-//! | walk through many clips: motion graphs | [`graph`] | `edit` |
+//! | join parts of many clips by motion graphs | [`graph`] | `edit` |
 //! | retarget files to a character, a skeleton or a robot | [`retarget::Retargeter`] | `retarget` |
-//! | retarget single poses as they come | [`retarget::PoseRetargeter`], [`retarget::robot`] | `retarget` |
+//! | retarget single poses as they arrive | [`retarget::PoseRetargeter`], [`retarget::robot`] | `retarget` |
 //! | receive or send motion over a network: the VMC protocol | [`live`] | `live` |
 //! | see a motion: a page with a player, pictures, curves | [`render`] | `render` |
 //! | solve markers or joint positions to rotations | [`solve`] | `laboratory` |
@@ -69,9 +69,9 @@
 //! | verify that a written file has the motion of its source | [`verify`] | `jobs` |
 //! | run what a command line or a JSON file describes | [`job`] | `jobs` |
 //!
-//! A [`Scene`] is plain data in the words of Assimp: nodes, meshes, channels of keys. What is wrong with a file is a
-//! [`Diagnostic`] with its location: the [`Error`] that ended the import, or one of the warnings in the scene. [`Code`]
-//! lists all of them, [`Limits`] what a file may claim.
+//! A [`Scene`] is plain data in the words of Assimp: nodes, meshes, channels of keys. A [`Diagnostic`] describes one
+//! problem of a file, with its location. It is the [`Error`] that ended the import, or one of the warnings in the
+//! scene. [`Code`] lists all problems. [`Limits`] are the upper bounds of what a file may claim.
 //!
 //! # Features
 //!
@@ -108,10 +108,10 @@
 //!
 //! # Vectors and matrices
 //!
-//! Positions, rotations and matrices are types of [`glam`], which is re-exported: use `mocap::glam`, and the versions
-//! agree. A program that has another version of glam, or another library, takes arrays; they need no type of this one.
-//! [`Pose::node_to_world_arrays`] has the arrays of a whole pose, without a copy; single values become arrays by
-//! themselves:
+//! Positions, rotations and matrices are types of [`glam`], which is re-exported: with `mocap::glam`, a program has the
+//! same version. A program with another version of glam, or with another library, uses arrays, which need no type of
+//! glam. [`Pose::node_to_world_arrays`] returns the arrays of a whole pose without a copy. Methods of glam convert
+//! single values:
 //!
 //! ```
 //! let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

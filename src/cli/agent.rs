@@ -1,10 +1,10 @@
 //! `mocap mcp`: a server of the Model Context Protocol over standard input and output, for agents.
 //!
-//! A tool is a command. It has the arguments of the command line ([`schema`]), and calls the functions of the command
-//! ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds their length, and
-//! [`reports`] keeps the reports of a session. The server answers requests without files at once. Each call of a tool
-//! runs in a separate process ([`work`]), so that the server can end it at any time. [`calls`] has the waiting and
-//! running calls.
+//! Each tool runs a command. The tool has the options of the command line ([`schema`]), and calls the functions
+//! of the command ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds their
+//! length, and [`reports`] keeps the reports of a session. The server itself answers requests that need no files, at
+//! once. Each call of a tool runs in a separate process ([`work`]), which the server can end at any time. [`calls`] has
+//! the waiting and running calls.
 
 #[doc(hidden)]
 pub(crate) mod about;
@@ -40,7 +40,7 @@ use self::schema::Commands;
 use crate::args::McpArgs;
 use crate::{Failure, report, streams};
 
-/// The instructions of the server for the model of a client. A test makes each of the calls, in this order.
+/// The instructions of the server for the model of a client. A test makes the calls that they name, in this order.
 const INSTRUCTIONS: &str = r#"Motion capture files in one folder. Survey takes, clean and edit motions, and retarget them to
 characters and robots. Write GLB, VRM, FBX, BVH and more, verify the result and look at it. Paths are relative to the root
 folder. With takes/walk.bvh and hero.vrm in it, this is a usual order of calls:
@@ -92,7 +92,7 @@ pub(crate) fn serve(args: &McpArgs) -> Result<(), Failure> {
 struct Server<'a> {
     calls: &'a Calls,
     commands: Commands,
-    /// Whether the client has sent `initialize`, as in earlier revisions.
+    /// Whether the client has sent `initialize`, as earlier revisions of the protocol require.
     is_initialized: bool,
 }
 
@@ -110,7 +110,8 @@ impl Server<'_> {
         }
     }
 
-    /// The answer to a message; none for a message without an answer, and for a call that begins.
+    /// The answer to a message. `None` for a message that needs no answer, and for a call that has begun: its answer
+    /// follows later.
     fn answer(&mut self, text: &[u8]) -> Option<Value> {
         if text.iter().all(u8::is_ascii_whitespace) {
             return None;

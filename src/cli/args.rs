@@ -61,7 +61,8 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  a file is at fault: it cannot be read or written, is broken, has no motion where one is
-     needed, would be replaced, or fails --verify, --max-angle or --require
+     needed, would be replaced, or fails --verify, --max-angle, --require or
+     --fail-on
   2  the arguments are at fault: an unknown option, a wrong value, or a clip, joint or frame that
      the file does not have
   3  some of many files failed";
@@ -131,11 +132,11 @@ pub(crate) enum Command {
     Find(FindArgs),
     /// Move a character along a path by motion matching with the frames of a database
     Match(MatchArgs),
-    /// Print a scene in the layout of the graphics course
+    /// Print a scene as text, in the layout of a computer graphics course
     Dump(DumpArgs),
     /// Compare a written file with its source: the position of every joint in every frame
     Verify(VerifyArgs),
-    /// Score a motion of a robot against its reference, by the measures of publications
+    /// Score a motion of a robot against its reference, by the measures of research papers
     Score(ScoreArgs),
     /// Record motion that a program sends over the VMC protocol, until Ctrl-C
     Record(RecordArgs),

@@ -1,14 +1,16 @@
 //! Work on many files: the list of inputs, the threads, the manifest and the progress.
 //!
 //! This module is independent of the commands. A command that makes one output per file, in a [`folder`], only defines
-//! the work on one file. Other commands find their [`inputs`], and pass each to [`for_each`]. They receive the results
-//! on their own thread, write them to a [`manifest`] or to standard output, and update the [`progress`].
+//! the work on one file. Other commands find their [`inputs`], and pass each input to [`for_each`]. They receive the
+//! results on their own thread, write them to a [`manifest`] or to standard output, and update the [`progress`].
 
 pub(crate) mod folder;
 pub(crate) mod gather;
 pub(crate) mod hash;
 #[doc(hidden)]
 pub(crate) mod inputs;
+pub(crate) mod journal;
+mod lines;
 pub(crate) mod manifest;
 pub(crate) mod outputs;
 pub(crate) mod pattern;
@@ -42,7 +44,7 @@ pub fn for_each<T: Send, E>(
 ) -> Result<(), E> {
     let next = AtomicUsize::new(0);
     let stopped = AtomicBool::new(false);
-    // Bounded, so that fast workers do not pile up results for a slow sink.
+    // The channel is bounded, so that fast workers do not pile up results for a slow sink.
     let (sender, receiver) = mpsc::sync_channel(4 * threads);
     thread::scope(|scope| {
         for _ in 0..threads.min(inputs.len()) {
@@ -73,7 +75,8 @@ pub fn for_each<T: Send, E>(
 }
 
 /// The error of a file whose reader or writer panicked.
-pub(crate) const PANICKED: &str = "internal error: the reader or the writer panicked; please report this file";
+pub(crate) const PANICKED: &str =
+    "internal error: mocap crashed while it read or wrote the file; please report this file";
 
 /// Sorts results into the order of their inputs.
 pub(crate) struct InOrder<T> {

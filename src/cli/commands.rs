@@ -68,7 +68,7 @@ fn import_motion(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
     Ok(told(scene, file))
 }
 
-/// As [`import_motion`], with the meshes of the file and a given up axis, for a picture.
+/// Imports a motion for a picture, as [`import_motion`] does, but with the meshes of the file and the given up axis.
 fn import_drawn(read: &InputOptions, up: SourceUp, file: &Path) -> mocap::Result<Scene> {
     let importer = read.importer().with_own_meshes();
     let mut scene = streams::import(&importer, file)?;
@@ -76,7 +76,7 @@ fn import_drawn(read: &InputOptions, up: SourceUp, file: &Path) -> mocap::Result
     Ok(told(scene, file))
 }
 
-/// A motion retargeted to a robot, with the links for drawing.
+/// Retargets a motion to a robot, for a picture of the robot's links.
 fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
     let robot = Importer::new().import_robot(robot)?;
     let done = Retargeter::new(scene, robot.clone(), RetargetOptions::new());
@@ -97,7 +97,7 @@ fn output_format(output: &Path, to: Option<&str>, default: &str) -> Result<Strin
     match (streams::is_unnamed(output), to) {
         (true, to) => Ok(to.unwrap_or(default).to_owned()),
         (false, None) => Ok(extension(output)),
-        // The layout of arrays. The extension only determines the container.
+        // `--to` may name a layout of arrays. The extension does not determine the layout, only the container.
         (false, Some(to)) if OutputFormat::named(to).is_some_and(OutputFormat::is_layout) => Ok(to.to_owned()),
         (false, Some(_)) => Err(Failure::Usage(format!("--to would do nothing: {TO_OF_FILE}"))),
     }
@@ -135,7 +135,7 @@ fn mapped_figure(scene: &Scene, map: &SourceMap) -> Result<Figure, Failure> {
     })
 }
 
-/// A report as a value.
+/// A report as a JSON value.
 fn value(report: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(report).unwrap_or_default()
 }
@@ -198,7 +198,7 @@ fn check_picture<P: AsRef<Path>>(inputs: &[P], picture: &PictureArgs) -> Result<
     Ok(format)
 }
 
-/// A picture as SVG or PNG.
+/// The bytes of a picture as SVG or PNG.
 fn drawn(drawing: &Drawing, format: &str) -> Result<Vec<u8>, Failure> {
     Ok(match format {
         "svg" => drawing.to_svg().into_bytes(),
@@ -249,11 +249,11 @@ fn short_name(path: &Path) -> String {
 }
 
 /// The reason why a file name and `--to` exclude each other.
-const TO_OF_FILE: &str = "the name of the output names the format";
+const TO_OF_FILE: &str = "the extension of the output sets the format";
 
 /// The options for many motions, and the reason why one output does not support them.
 const MANY: &[&str] = &["resume", "shard", "threads", "progress", "allow-empty"];
-const ONE_OUTPUT: &str = "one motion is written to one file; for many files, name a folder";
+const ONE_OUTPUT: &str = "one motion is written to one file; to write many files, name a folder";
 
 /// An error if a retargeted motion is worse than the arguments allow.
 fn require(maker: &Maker<'_>, clips: &[ClipReport]) -> Result<(), Failure> {

@@ -7,7 +7,8 @@ use std::sync::OnceLock;
 
 use crate::Failure;
 
-/// The command line of a program inside another program, such as Python, which has a different command line.
+/// The command line of this program, if it runs inside another program, such as Python, whose own command line is
+/// different.
 #[derive(Clone, Debug)]
 pub struct Invocation {
     /// The command line. The first word is the name of the program.
@@ -23,7 +24,7 @@ pub(crate) fn set(invocation: Invocation) {
     GIVEN.get_or_init(|| invocation);
 }
 
-/// The command line.
+/// The words of the command line of this process.
 pub(crate) fn words() -> Vec<OsString> {
     GIVEN
         .get()

@@ -66,7 +66,7 @@ impl Kind {
             Self::Graph => "it is a motion graph: mocap graph walk reads it".to_owned(),
             Self::Job => "it is a job: mocap run runs it".to_owned(),
             Self::Manifest => "it is the manifest of a folder: name the motions of the folder".to_owned(),
-            Self::Map => "it is a map of bones: --map reads it".to_owned(),
+            Self::Map => "a JSON file with \"bones\" may be a map of bones: --map reads such a file".to_owned(),
             Self::Motion(row) => {
                 let maker = match code {
                     Code::InvalidDatabase => "mocap index makes a database of motions",
@@ -102,7 +102,7 @@ fn help(path: &Path, diagnostic: &Diagnostic) -> Option<String> {
 
 /// A file with a similar name in the same folder as a missing file.
 fn near_file(path: &Path) -> Option<String> {
-    /// The most compared names.
+    /// The largest number of names to compare.
     const MOST: usize = 10_000;
     if path.exists() {
         return None;
@@ -166,7 +166,8 @@ const WRITERS: &[(&[&str], &str)] = &[
     (&["pkl"], "mocap robot writes pickles"),
 ];
 
-/// The remedy for the name of an output that must end in one of `known`, such as `.a, .b or .c`. It begins with `;`.
+/// The remedy for the name of an output that must end in one of `known`, such as `.a, .b or .c`. The text begins with
+/// `;`.
 pub(crate) fn other_output(path: &Path, known: &str) -> String {
     let found = path
         .extension()

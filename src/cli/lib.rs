@@ -78,8 +78,9 @@ impl From<io::Error> for Failure {
     }
 }
 
-/// Makes a write beyond the system's file size limit (`ulimit -f`) fail like a write to a full disk. By default a
-/// signal ends the program. A handler prevents the signal's default action. The handler's flag is not used.
+/// Makes a write beyond the system's file size limit (`ulimit -f`) fail like a write to a full disk. By default, such a
+/// write causes a signal that ends the program. A handler prevents this action of the signal. The flag that the handler
+/// sets is not used.
 #[cfg(unix)]
 fn take_no_signal_for_a_large_file() {
     // Without the handler, only the message is lost.

@@ -143,7 +143,7 @@ pub(crate) struct AnglesReport<'a> {
     /// Warnings about the motion.
     #[serde(skip)]
     pub(crate) note: Option<String>,
-    /// The differences between the angles and the model outputs of the file.
+    /// The differences between the angles and the angles that a model stated in the file.
     pub(crate) beside_outputs: Vec<OutputDifference>,
 }
 
@@ -160,7 +160,7 @@ impl fmt::Display for AnglesReport<'_> {
     }
 }
 
-/// The differences between angles and the model outputs of the file, one line each.
+/// The differences between the angles and the angles that a model stated in the file, one line each.
 pub(crate) fn beside(differences: &[OutputDifference]) -> impl Iterator<Item = String> {
     let title = "difference from the model outputs of the file, in degrees: mean +- standard deviation".to_owned();
     let line = |difference: &OutputDifference| {
@@ -232,7 +232,7 @@ impl fmt::Display for HeardReport {
         let (packets, lost, malformed) = (self.packets, self.lost, self.malformed);
         write!(
             f,
-            "{packets} packets, {lost} lost, {malformed} malformed, {} about other things",
+            "{packets} packets, {lost} lost, {malformed} malformed, {} without data of the body",
             self.others
         )
     }
@@ -279,7 +279,11 @@ pub(crate) struct BridgeReport {
 
 impl fmt::Display for BridgeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} poses were sent, of {} packets", self.poses, self.heard.packets)
+        write!(
+            f,
+            "{} poses were sent, from {} received packets",
+            self.poses, self.heard.packets
+        )
     }
 }
 

@@ -57,7 +57,7 @@ pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
 
 /// The receiver of the notices of a file.
 pub(crate) enum Voice<'a> {
-    /// The user, at once.
+    /// Prints each notice for the user at once.
     Aloud,
     /// The manifest, for one of many files.
     Kept(&'a mut Vec<String>),
@@ -142,7 +142,9 @@ pub(crate) fn clip_taken(scene: &mut mocap::Scene) {
     let (index, count) = (scene.main_clip(), scene.animations.len());
     if count > 1 {
         let name = &scene.animations[index].name;
-        say(&format!("clip: {index} \"{name}\" of {count}; --clip selects another"));
+        say(&format!(
+            "clip: {index} \"{name}\" of {count}; --clip selects another clip"
+        ));
         scene.put_main_clip_first();
     }
     if let Some(curves) = scene.face_curves_alone(0) {
@@ -180,7 +182,7 @@ pub(crate) fn replaced(path: &Path) {
         .push(path.to_owned());
 }
 
-/// Reports the replaced outputs of earlier commands: each name of a few, the number of many.
+/// Reports the replaced outputs of earlier commands: the names of a few outputs, or only the number of many.
 pub(crate) fn tell_replaced() {
     /// The most replaced outputs that are named. For more, only the number is reported.
     const FEW: usize = 3;
@@ -188,8 +190,8 @@ pub(crate) fn tell_replaced() {
     match paths.len() {
         count @ 0..=FEW => paths[..count]
             .iter()
-            .for_each(|path| say(&format!("{}: replaced; mocap wrote the earlier file", path.display()))),
-        count => say(&format!("{count} files replaced; mocap wrote the earlier files")),
+            .for_each(|path| say(&format!("{}: replaced an earlier output of mocap", path.display()))),
+        count => say(&format!("replaced {count} earlier outputs of mocap")),
     }
 }
 
@@ -224,7 +226,7 @@ pub(crate) fn data() -> impl Write {
     EscapeWriter::new(out, shown)
 }
 
-/// Writes whole characters.
+/// Escapes the text that is written, one whole character at a time.
 pub struct EscapeWriter<W: Write> {
     out: W,
     shown: PrintableText,
@@ -258,7 +260,7 @@ impl<W: Write> Write for EscapeWriter<W> {
             return self.out.write(bytes);
         }
         self.pending.extend_from_slice(bytes);
-        // The last character may be cut in two.
+        // The bytes may end within a character.
         let whole = match std::str::from_utf8(&self.pending) {
             Err(error) if error.error_len().is_none() => error.valid_up_to(),
             _ => self.pending.len(),

@@ -76,7 +76,7 @@ fn check_free() -> mocap::Result<()> {
     match ARE_TAKEN.load(Ordering::Relaxed) {
         false => Ok(()),
         true => {
-            let message = "- is standard input or output, which belong to the protocol";
+            let message = "- is standard input or output, which the protocol uses";
             Err(Diagnostic::new(Code::InvalidValue, message).help("name a file").into())
         }
     }
@@ -165,7 +165,7 @@ fn would_save(set: &OutputSet<'_>, stream: Option<&[u8]>, policy: &ReplacePolicy
     }
     for (path, parts) in set.files() {
         let replaces = if path.exists() {
-            ", in place of what is there"
+            ", replacing the existing file"
         } else {
             ""
         };

@@ -14,7 +14,8 @@ use crate::report::{self, PATIENCE};
 /// The interval of checks for a progress bar.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Shows that a command is working, until this value is dropped. The bar of many files replaces it.
+/// Shows that a command is working, until this value is dropped. The progress bar of a command on many files is shown
+/// instead.
 pub(crate) struct WaitIndicator {
     is_over: Arc<Mutex<bool>>,
 }

@@ -1,9 +1,10 @@
 //! Bit rate selection: the fewest bits per component with which the QUATERNION filter keeps a track within its
 //! tolerance, and the resulting keys.
 //!
-//! A rotation about the lever arm to a child hardly moves the child. So some [`candidates`](super::candidates) around a
-//! target are far better than the nearest one, and a track needs about one bit less than with rounding. Variable bit
-//! rates come from the Animation Compression Library: N. Frechette, "Animation Compression: Advanced Quantization",
+//! A rotation about the lever arm to a child hardly moves the child. So some lattice points around a target, its
+//! [`candidates`](super::candidates), cause a far smaller error than the nearest lattice point. With them, a component
+//! needs about one bit less than with rounding to the nearest point. Variable bit rates come from the Animation
+//! Compression Library: N. Frechette, "Animation Compression: Advanced Quantization",
 //! <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
 
 use mocap_scene::math::soa::single::LANES;
@@ -13,8 +14,8 @@ use super::candidates::{Candidates, DroppedComponents};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
 
-/// The coarsest lattice, at most as coarse as `coarsest`, that keeps the error at every key frame within `tolerance`,
-/// with the keys. If no lattice does, the finest.
+/// Returns the coarsest lattice that keeps the error at every key frame within `tolerance`, and the keys on this
+/// lattice. The search starts at `coarsest`. If every lattice is too coarse, returns the finest one and its keys.
 pub fn select(
     joint: &Compensation,
     coarsest: Lattice,
@@ -34,7 +35,8 @@ pub fn select(
 }
 
 wide::dispatch! {
-    /// The keys on a lattice. `None` if an error is above `tolerance`, unless it is the finest lattice.
+    /// The keys on a lattice. `None` if the error of a key is above `tolerance`; but on the finest lattice, keys always
+    /// exist.
     pub fn quantize(
         joint: &Compensation<'_>,
         lattice: Lattice,
@@ -52,7 +54,7 @@ fn quantize_lanes(
     key_frames: &[u32],
     tolerance: f32,
 ) -> Option<Vec<QuantizedRotation>> {
-    // With capacity for the keys that refinement inserts.
+    // The extra capacity is for the keys that refinement inserts.
     let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len() + key_frames.len() / 4);
     for frames in key_frames.chunks(LANES) {
         let targets = joint.targets(frames);
@@ -68,7 +70,8 @@ fn quantize_lanes(
 }
 
 wide::dispatch! {
-    /// Whether a sample of the key frames is within `tolerance`. A lattice that is too coarse usually fails in a few.
+    /// Whether the error is within `tolerance` in a sample of the key frames. A lattice that is too coarse usually
+    /// exceeds the tolerance in a few of these frames.
     pub fn may_suffice(joint: &Compensation<'_>, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
         may_suffice_lanes(joint, lattice, key_frames, tolerance)
     }
@@ -96,7 +99,7 @@ fn may_suffice_lanes(joint: &Compensation, lattice: Lattice, key_frames: &[u32],
 }
 
 wide::dispatch! {
-    /// The keys for some frames on a lattice, given the key before each frame.
+    /// The keys for some frames on a lattice. `previous` has, for each of these frames, the key before the frame.
     pub fn quantize_after(
         joint: &Compensation<'_>,
         lattice: Lattice,

@@ -1,9 +1,10 @@
 //! Candidates: the possible stored rotations around a target, and their costs.
 //!
 //! The QUATERNION filter can store the points of a lattice. The target lies in a cell of the lattice, whose eight
-//! corners are the candidates. The cost of a candidate is its rate plus its distortion: the bits of its difference to
-//! the key before, and its error in units of bits. This is rate-distortion optimization, as in video encoders. The
-//! candidates of eight frames are evaluated together, and the [`trellis`](super::trellis) finds the cheapest sequence.
+//! corners are the candidates. The cost of a candidate is its rate plus its distortion. The rate is the number of bits
+//! of the difference between the candidate and the previous key. The distortion is the squared error, converted to bits
+//! by a constant. This is rate-distortion optimization, as in video encoders. The candidates of eight frames are
+//! evaluated together, and the [`trellis`](super::trellis) finds the cheapest sequence.
 
 use glam::Quat;
 use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
@@ -13,31 +14,34 @@ use super::error_metric::LeverArms;
 use super::quantize::{Lattice, QuantizedRotation, dropped_component};
 use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 
-/// The distortion in bits of an error as large as the tolerance. It grows with the square of the error, because joints
-/// further down the chain have to compensate for the error. Tuned on the fixtures.
+/// The distortion, in bits, of a candidate whose error equals the tolerance. Distortion grows with the square of the
+/// error, because joints further down the chain have to compensate for the error. Tuned on the fixtures.
 const DISTORTION: f32 = 12.0;
 /// [`DISTORTION`] for a fine lattice. On a fine lattice, nearly every difference takes 8 bits, whichever
 /// candidate is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
 
-/// The largest error of a candidate, as a fraction of the tolerance, squared. The remainder is for rounding.
+/// The largest allowed square of a candidate's error, divided by the square of the tolerance. It is below 1 to leave
+/// room for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
 
-/// The largest difference between decoders, as a fraction of the tolerance. Compensation cannot correct it, because it
-/// differs between readers.
+/// The largest allowed distance between the results of different decoders, as a fraction of the tolerance. Compensation
+/// cannot correct this distance, because each reader has another result.
 const MAX_AMBIGUITY: f32 = 0.15;
 
-/// The cost of a candidate whose error is as large as the tolerance or larger.
+/// The additional cost of a candidate whose error equals the tolerance. For larger errors, the additional cost grows in
+/// proportion. A candidate within the tolerance has no additional cost.
 const PENALTY: f32 = 1000.0;
 
-/// The dropped component at each of several frames.
+/// The dropped component of the rotation at each of several frames.
 pub(super) enum DroppedComponents {
     Same(usize),
     Each([usize; LANES]),
 }
 
 impl DroppedComponents {
-    /// For consecutive frames, after a key that has dropped `previous`.
+    /// The dropped components of consecutive frames. `previous` is the component that the key before the first frame
+    /// has dropped.
     #[inline(always)]
     pub(super) fn in_sequence(target: &Quaternions, mut previous: Option<usize>) -> Self {
         if let Some(previous) = previous {
@@ -65,7 +69,8 @@ impl DroppedComponents {
         Self::Each(each)
     }
 
-    /// For frames that each have their own preceding key.
+    /// The dropped components of frames that need not be consecutive. `previous` returns the component that the key
+    /// before a frame has dropped.
     #[inline(always)]
     pub(super) fn independent(target: &Quaternions, previous: impl Fn(usize) -> Option<usize>) -> Self {
         Self::Each(std::array::from_fn(|lane| {
@@ -81,7 +86,8 @@ impl DroppedComponents {
         }
     }
 
-    /// Returns the components x, y, z and w from the dropped one and the three after it.
+    /// Returns the components in the order x, y, z, w. `after_dropped` has the dropped component, then the three
+    /// components that follow it in cyclic order.
     #[inline(always)]
     fn in_order(&self, after_dropped: [Lanes; 4]) -> Quaternions {
         let mut components = [Lanes::ZERO; 4];
@@ -126,7 +132,7 @@ fn point(corner: usize, origin: [i32; 3]) -> [i32; 3] {
     [along(0), along(1), along(2)]
 }
 
-/// The distortion of every corner, one cell per lane.
+/// The distortion of each of the eight corners of a cell, in bits. Each lane has another cell.
 type Distortions = [Lanes; CORNERS];
 
 /// The candidates of several frames.
@@ -139,9 +145,9 @@ pub(super) struct Candidates<'a> {
     distortions: Distortions,
 }
 
-/// Cells of the lattice, one per lane, and a linear approximation of the rotation errors in them.
+/// Cells of the lattice, one per lane, each with a linear approximation of the rotation error in the cell.
 struct Cells {
-    /// The corner with the smallest coordinates.
+    /// The corner of each cell with the smallest coordinates.
     origin: [Lanes; 3],
     /// The offset from the target to the origin, in lattice steps.
     offset: [Lanes; 3],
@@ -183,9 +189,9 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Appends the cheapest sequence of candidates, up to the first frame whose candidate is not acceptable. All
-    /// candidates are chosen before the first is decoded, so that they can be decoded together. Returns the number of
-    /// appended keys.
+    /// Appends the cheapest sequence of candidates. It ends before the first frame whose candidate is ambiguous or has
+    /// an error above the tolerance. All candidates are chosen before the first is decoded, so that they can be decoded
+    /// together. Returns the number of appended keys.
     #[inline(always)]
     fn push_cheapest(&self, keys: &mut Vec<QuantizedRotation>) -> usize {
         let mut stored = [[0; 4]; LANES];
@@ -222,7 +228,8 @@ impl<'a> Candidates<'a> {
         good
     }
 
-    /// The corners with the least total cost, after the key `before`.
+    /// For each frame, the corner in the sequence of corners with the least total cost. The sequence follows the key
+    /// `before`.
     #[inline(always)]
     fn cheapest(&self, before: Option<&QuantizedRotation>) -> [usize; LANES] {
         if !self.lattice.stores_differences() {
@@ -243,7 +250,8 @@ impl<'a> Candidates<'a> {
         trellis.cheapest()
     }
 
-    /// The best candidate for one frame.
+    /// The cheapest candidate for the frame in `lane`, after the key `previous`. If it is ambiguous or has an error
+    /// above the tolerance, returns another lattice point near the target.
     #[inline(always)]
     pub(super) fn best(&self, lane: usize, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let dropped = self.dropped.at(lane);
@@ -257,8 +265,9 @@ impl<'a> Candidates<'a> {
         self.best_of_more(lane, dropped, previous)
     }
 
-    /// The cheapest unambiguous candidate of the cell, or else of the lattice points up to a step around it. If all of
-    /// these are ambiguous, the least ambiguous one within the tolerance.
+    /// Returns the cheapest unambiguous corner of the cell. If all corners are ambiguous, it returns the cheapest
+    /// unambiguous lattice point within one step of the cell. If all of these points are ambiguous, it returns the
+    /// least ambiguous point within the tolerance.
     #[inline(never)]
     fn best_of_more(&self, lane: usize, dropped: usize, previous: Option<[i32; 3]>) -> QuantizedRotation {
         let origin = self.cells.origin(lane);
@@ -276,8 +285,9 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// The cheapest unambiguous corner of some cells, given the origin of each and the costs of its corners. The error
-    /// value is the least ambiguous corner within the tolerance, or the cheapest corner if none is within it.
+    /// The cheapest unambiguous corner of some cells, given the origin of each cell and the costs of its corners. `Err`
+    /// has the least ambiguous corner within the tolerance, or the cheapest corner if no corner is within the
+    /// tolerance.
     fn cheapest_unambiguous(
         &self,
         dropped: usize,
@@ -397,7 +407,8 @@ impl Cells {
             per_step: [Vectors::ZERO; 3],
             position_error: targets.position_error,
         };
-        // Loops instead of closures: `array::map` and `array::from_fn` are separate functions without wide vectors.
+        // These are loops, because `array::map` and `array::from_fn` would become separate functions without wide
+        // vectors.
         for axis in 0..3 {
             let point = (stored[axis] * Lanes::all(scale)).negated_where_negative(largest);
             cells.origin[axis] = floor(point);
@@ -430,7 +441,8 @@ impl Cells {
         }
     }
 
-    /// The distortion of every corner in bits, as a linear approximation, because a step is a small rotation.
+    /// The approximate distortion of every corner, in bits. The approximation is linear, because a step of the lattice
+    /// is a small rotation.
     #[inline(always)]
     fn distortions(&self, arms: &LeverArms, tolerance: f32, lattice: Lattice) -> Distortions {
         let weight = if lattice.is_coarse() {

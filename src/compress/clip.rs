@@ -8,7 +8,7 @@ use super::curves::JointCurves;
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 
-/// An animation with an error within the bound.
+/// A compressed animation. Its error is within the bound.
 #[doc(hidden)]
 pub struct CompressedClip {
     /// One track per node of the scene.
@@ -49,7 +49,8 @@ pub enum Track<Value, Format, Key> {
 }
 
 impl<Value, Format, Key: Copy> Track<Value, Format, Key> {
-    /// Inserts keys from `quantize`, which gets the format and the present keys. A constant track does not change.
+    /// Inserts the keys that `quantize` returns. `quantize` gets the format and the existing keys. A constant track
+    /// does not change.
     pub(super) fn insert(
         &mut self,
         new_key_frames: &Arc<KeyFrames>,
@@ -93,7 +94,7 @@ pub(super) const TIME_BYTES: usize = size_of::<f32>();
 const TIME_ACCESSOR_BYTES: usize = 120;
 
 impl CompressedClip {
-    /// The key frames of all animated tracks, with the bytes of a key without its time.
+    /// For each animated track, its key frames and the size of one key in bytes, without the time of the key.
     pub(super) fn animated_tracks(&self) -> impl Iterator<Item = (&Arc<KeyFrames>, usize)> {
         self.tracks.iter().flat_map(|track| {
             let translation = match &track.translation {
@@ -126,7 +127,7 @@ impl CompressedClip {
         self.animated_tracks().map(|(key_frames, _)| key_frames.len()).sum()
     }
 
-    /// The bytes of all keys and times, if they are stored without streams.
+    /// The size of all keys and key times in bytes, if they are stored as plain numbers and not in compressed streams.
     #[doc(hidden)]
     pub fn size(&self) -> usize {
         let keys: usize = self.animated_tracks().map(|(frames, bytes)| frames.len() * bytes).sum();

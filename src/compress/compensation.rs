@@ -1,9 +1,10 @@
-//! Error compensation: encodes each joint relative to the parent that a reader decodes, not relative to the parent in
-//! the raw clip.
+//! Error compensation: encodes each joint relative to the parent that a reader decodes (the *lossy* parent), not
+//! relative to the parent in the raw clip.
 //!
 //! Errors accumulate along a chain: a hand has the errors of all its ancestors. So the target of a joint is the
-//! rotation, relative to the lossy parent, that puts its children at their positions in the raw clip. The joint itself
-//! has a small error. At the end of a chain, the error is hardly more than the error of the last joint.
+//! rotation, relative to the lossy parent, that puts the joint's children at their positions in the raw clip. The
+//! position of the joint itself keeps a small error. At the end of a chain, the error is hardly more than the error of
+//! the last joint.
 //!
 //! N. Frechette calls this in-place correction: "Animation Compression: Error Compensation",
 //! <https://nfrechette.github.io/2016/12/22/anim_compression_error_compensation/>
@@ -17,7 +18,7 @@ use super::key_frames;
 use super::object_space::ObjectSpaceTrack;
 use super::quantize::{QuantizedRotation, RotationFormat};
 
-/// A joint and its lossy parent.
+/// A joint and its lossy parent, for the computation of targets.
 pub struct Compensation<'a> {
     pub arms: &'a LeverArms,
     pub raw: &'a ObjectSpaceTrack,
@@ -30,23 +31,24 @@ pub struct Compensation<'a> {
 pub struct Target {
     /// The best rotation relative to the lossy parent.
     pub(super) rotation: Quat,
-    /// From the axes of the lossy parent to the axes of the raw joint. Its product with a rotation relative to the
-    /// lossy parent is the rotation error of the joint.
+    /// The rotation from the axes of the lossy parent to the axes of the raw joint. Its product with a rotation
+    /// relative to the lossy parent is the rotation error of the joint.
     parent_to_raw: Quat,
-    /// From the correct to the decoded position, in the joint's own axes.
+    /// The vector from the correct to the decoded position, in the joint's own axes.
     position_error: Vec3,
     /// The remaining rotation error (axis times angle) of the best rotation.
     rotation_error: Vec3,
 }
 
 impl Target {
-    /// The remaining error of a rotation relative to the lossy parent.
+    /// The error in metres that remains if the joint has this `rotation` relative to its lossy parent.
     pub(super) fn error(&self, arms: &LeverArms, rotation: Quat) -> f32 {
         arms.error(self.position_error, self.parent_to_raw * rotation)
     }
 
-    /// The smallest change that brings the error of a rotation to `goal`. `off` is the difference of the rotation from
-    /// the best one. Both are axis times angle, in the axes of the joint. `None` if the error is at most `largest`.
+    /// The smallest change that brings the error of a rotation to `goal`. `off` is the difference between the rotation
+    /// and the best rotation. Both are rotation vectors in the axes of the joint. Returns `None` if the error is at
+    /// most `largest`.
     #[inline]
     pub(super) fn correction(&self, arms: &LeverArms, off: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         arms.correction(self.position_error, self.rotation_error + off, largest, goal)
@@ -72,7 +74,7 @@ impl Targets {
         }
     }
 
-    /// The largest remaining error of `keys`, one for each frame.
+    /// The largest error in metres that remains with `keys`. There is one key for each frame.
     #[inline(always)]
     pub(super) fn largest_error(&self, arms: &LeverArms, keys: &[QuantizedRotation]) -> f32 {
         let values = Quaternions::of(|lane| keys[lane.min(keys.len() - 1)].value.to_array());
@@ -88,7 +90,8 @@ impl Targets {
 }
 
 impl Compensation<'_> {
-    /// The targets at as many frames as there are lanes, or fewer: the last target is repeated.
+    /// The targets at `frames`, at most as many as there are lanes. If there are fewer frames, the last target fills
+    /// the other lanes.
     #[inline(always)]
     pub(super) fn targets(&self, frames: &[u32]) -> Targets {
         let to_raw = rotations_at(&self.raw.rotations, frames).conjugate();
@@ -126,7 +129,7 @@ impl Compensation<'_> {
             .collect()
     }
 
-    /// A constant rotation with an error within `tolerance` at every frame, if the mean of all targets is one.
+    /// The mean of all targets as a constant rotation, if its error is within `tolerance` at every frame.
     pub(super) fn constant_rotation(&self, tolerance: f32) -> Option<Quat> {
         let last = self.lossy_positions.len().checked_sub(1)?;
         // For most joints, three frames suffice to see that they rotate too much.
@@ -147,7 +150,7 @@ impl Compensation<'_> {
         fits.then_some(mean)
     }
 
-    /// The stored rotations nearest to the targets.
+    /// The stored rotations nearest to the targets at the key frames.
     pub(super) fn quantize(&self, format: RotationFormat, key_frames: &[u32]) -> Vec<QuantizedRotation> {
         let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len());
         for target in self.each_target(key_frames) {
@@ -157,7 +160,7 @@ impl Compensation<'_> {
         keys
     }
 
-    /// Like [`Self::quantize`], for frames with known preceding keys.
+    /// The stored rotations nearest to the targets at `frames`. `previous` has the key before each frame.
     pub(super) fn quantize_after(
         &self,
         format: RotationFormat,
@@ -171,7 +174,7 @@ impl Compensation<'_> {
     }
 }
 
-// Functions, because a closure that is not inlined is compiled for every processor, without wide vectors.
+// These are functions, because a closure that is not inlined is compiled without wide vectors.
 
 #[inline(always)]
 fn positions_at(all: &[Vec3], frames: &[u32]) -> Vectors {

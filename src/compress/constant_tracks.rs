@@ -10,7 +10,7 @@ use super::raw_clip::RawClip;
 /// Makes a track constant if all its values are near their mean: no joint and no point of a shell may move by more than
 /// `fraction` of its bound.
 pub(super) fn compact(clip: &mut RawClip, bounds: &Bounds, fraction: f32) {
-    // The lever arm of each joint's rotation. It ends at the next rotating joints, which compensate for the error.
+    // The length of each joint's lever arm, up to the next joints that rotate. These joints compensate for the error.
     let mut lever_arms = vec![SHELL_DISTANCE; clip.joints.len()];
     for index in (0..clip.joints.len()).rev() {
         let joint = &clip.joints[index];

@@ -1,10 +1,11 @@
 //! Curves as in FBX: the values of one axis with separate keys and straight lines between them. A rotation is three
 //! angles, each with a curve.
 //!
-//! Programs interpret angle curves differently. Most evaluate them. Blender, Assimp and three.js compute the rotation
-//! at every key of any of the three curves, and interpolate these rotations. For positions three.js holds the last
-//! value of an axis without a key. So all moving axes have keys at the same frames. A joint has both the curves and
-//! tracks with the same keys, and [`measure`](super::measure) evaluates both.
+//! Programs interpret the three curves of a rotation differently. Most evaluate each curve. Blender, Assimp and
+//! three.js compute the rotation at every key of any of the three curves, and interpolate these rotations. For a
+//! position, three.js repeats the last value of an axis that has no key at a time. So mocap puts the keys of all moving
+//! axes at the same frames. A joint has both the curves and tracks with the same keys, and [`measure`](super::measure)
+//! evaluates both.
 
 use std::sync::Arc;
 
@@ -24,7 +25,7 @@ const LARGEST_SPAN: f64 = 180.0;
 pub struct EulerAngles {
     #[doc(hidden)]
     pub order: RotationOrder,
-    /// The rotation before the angles.
+    /// The constant rotation by which the rotation of the angles is multiplied from the left.
     #[doc(hidden)]
     pub pre_rotation: DQuat,
     /// The angles of the rest pose, in degrees about x, y and z.
@@ -33,7 +34,7 @@ pub struct EulerAngles {
 }
 
 impl EulerAngles {
-    /// The equivalent angles nearest to `before`.
+    /// The angles of `rotation`, in degrees. Of all equivalent angles, they are nearest to the angles `before`.
     fn angles(&self, rotation: DQuat, before: DVec3) -> DVec3 {
         to_euler_xyz(self.pre_rotation.conjugate() * rotation, self.order, before)
     }
@@ -61,7 +62,7 @@ pub struct JointCurves {
     pub(super) euler: EulerAngles,
     #[doc(hidden)]
     pub translation: Option<[Curve; 3]>,
-    /// Angles in degrees.
+    /// The curves of the three angles, in degrees.
     #[doc(hidden)]
     pub rotation: Option<[Curve; 3]>,
 }
@@ -75,7 +76,8 @@ impl JointCurves {
         }
     }
 
-    /// Makes curves with an error of at most `tolerance`. Returns the frames of all keys, and the values there.
+    /// Makes curves with an error of at most `tolerance`. Returns the frames of all keys, and the values at these
+    /// frames.
     pub(super) fn reduce_translations(
         &mut self,
         targets: &[Vec3],
@@ -93,7 +95,7 @@ impl JointCurves {
     }
 
     /// Makes angle curves with an `error` of at most `tolerance` at every frame. Returns the frames of all keys, and
-    /// the rotations there.
+    /// the rotations at these frames.
     pub(super) fn reduce_rotations(
         &mut self,
         targets: impl Iterator<Item = Quat>,
@@ -125,9 +127,9 @@ impl JointCurves {
     }
 }
 
-/// Reduces the keys of three axes. An axis that may be constant, at the rest value or at the middle of its range, has
-/// one key. The others have keys at the same frames. `is_within` checks the values at a frame. `fits` checks the frames
-/// between two keys in addition to the lines between them.
+/// Reduces the keys of three axes. An axis has one key if its rest value, or the middle of its range, is a good enough
+/// constant. The other axes have keys at the same frames. `is_within` checks the values at a frame. `fits` checks the
+/// frames between two keys in addition to the lines between them.
 pub fn reduce(
     values: &[DVec3],
     rest: DVec3,

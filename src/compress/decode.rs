@@ -1,4 +1,5 @@
-//! Decoding: computes the positions of a joint for readers of the file at several frames, and in the raw clip.
+//! Decoding: computes the positions of a joint at several frames, in the raw clip and as readers of the file decode
+//! them.
 //!
 //! Readers use rotation keys differently: see [`Decoder`]. This module simulates them all, in double precision.
 
@@ -20,18 +21,19 @@ use super::read_ahead;
 pub(super) enum Decoder {
     /// Normalizes the keys and interpolates along the arc, as the glTF specification says.
     Slerp,
-    /// Like [`Self::Slerp`], but with unchanged lengths: the matrix of a quaternion with a length slightly off 1 also
-    /// scales. Babylon.js does that; three.js does it except between keys that are close to each other.
+    /// Like [`Self::Slerp`], but without normalization. A quaternion whose length is slightly off 1 then also scales
+    /// the children of the joint. Babylon.js decodes in this way, and also three.js, unless two keys have nearly the
+    /// same rotation.
     Unnormalized,
     /// Interpolates component by component and normalizes, as many engines do.
     Nlerp,
-    /// Evaluates angle curves.
+    /// Evaluates the curves of the angles, as for FBX.
     Curves,
 }
 
 impl Decoder {
     pub(super) const ALL: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp];
-    /// The decoders that differ if every frame has a key, so that nothing is interpolated.
+    /// The decoders whose results differ even if every frame has a key, so that nothing is interpolated.
     pub(super) const AT_KEYS: &[Self] = &[Self::Slerp, Self::Unnormalized];
     /// The decoders for files with curves.
     pub(super) const WITH_CURVES: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp, Self::Curves];
@@ -58,7 +60,7 @@ pub(super) struct Cursor<'a> {
     pub(super) key_frames: &'a Arc<KeyFrames>,
     /// The last key at or before each frame.
     keys: [usize; LANES],
-    /// The interpolation factor from that key to the next.
+    /// The interpolation factor from the last key to the next key.
     alphas: Lanes,
     /// Whether one of the frames lies between two keys.
     interpolates: bool,
@@ -114,13 +116,13 @@ pub(super) struct JointState {
     /// The position in the raw clip.
     pub(super) raw_position: Vectors,
     raw_rotation: Matrices,
-    /// The result of each decoder.
+    /// The position and the rotation that each decoder computes.
     lossy: [(Vectors, Matrices); Decoder::COUNT],
     /// The largest distance between the raw position and the decoded positions.
     pub(super) error: Lanes,
-    /// The largest angle by which implementations of one decoder may differ, if they may.
+    /// The largest angle in radians by which implementations of one decoder may differ; `None` if they agree.
     pub(super) ambiguity: Option<Lanes>,
-    /// Whether such an angle exists for the joint or an ancestor.
+    /// Whether the joint or one of its ancestors has an `ambiguity`.
     pub(super) is_ambiguous: bool,
 }
 
@@ -153,7 +155,7 @@ pub(super) struct JointSampler<'a> {
     pub(super) raw: &'a RawJoint<'a>,
     parent_scale: Lanes,
     translation: TrackSampler<'a, Vectors, QuantizedTranslation>,
-    /// A constant has two matrices: from a decoder that normalizes, and from one that does not.
+    /// A constant rotation has two matrices: from a decoder that normalizes, and from one that does not.
     rotation: TrackSampler<'a, [Matrices; 2], QuantizedRotation>,
     angles: Option<AngleSampler<'a>>,
 }
@@ -170,7 +172,7 @@ enum TrackSampler<'a, Constant, Key> {
 }
 
 impl<'a> JointSampler<'a> {
-    /// Adds the cursors for its tracks to `cursors`.
+    /// Makes a sampler, and adds cursors for the key frames of `track` to `cursors`.
     pub(super) fn new(raw: &'a RawJoint<'a>, track: &'a CompressedTrack, cursors: &mut Vec<Cursor<'a>>) -> Self {
         Self {
             raw,
@@ -205,7 +207,7 @@ impl<'a> JointSampler<'a> {
         }
     }
 
-    /// Prefetches the data for the blocks of some frames. The cursors must be at the first of them.
+    /// Prefetches the data for the blocks of some frames. The cursors must be at the first of these frames.
     pub(super) fn read_ahead(&self, frames: &Range<usize>, cursors: &[Cursor]) {
         let keys = |cursor: usize| {
             let first = cursors[cursor].keys[0];

@@ -19,11 +19,11 @@ use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translation
 use super::quantize::{Lattice, QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::raw_clip::{RawClip, RawJoint};
 
-// Tuned on the fixtures. The bound holds with any other values.
+// The constants below are tuned on the fixtures. The error bound holds with any other values.
 
-/// The fraction of the tolerance for the error of a joint's own translation.
+/// The part of the tolerance that the error of a joint's own translation may use, as a fraction.
 const TRANSLATION_FRACTION: f32 = 0.8;
-/// The largest step of a rotation to try, at the end of the longest lever arm, as a fraction of the tolerance.
+/// The largest step of a rotation that is tried, at the end of the longest lever arm, as a fraction of the tolerance.
 const ROTATION_STEP: f32 = 1.5;
 /// The step of a translation as a fraction of the tolerance. Half the diagonal of a cube of such steps is the
 /// tolerance.
@@ -32,7 +32,7 @@ const TRANSLATION_STEP: f32 = 1.15;
 /// The largest number of decimals of a constant: about the precision of 32-bit floats.
 const MAX_DECIMALS: f64 = 9.0;
 
-/// The data that no pass changes.
+/// The data for encoding that no pass changes.
 pub(super) struct Encoder<'a> {
     pub(super) clip: RawClip<'a>,
     /// The joints of the raw clip in object space.
@@ -48,7 +48,8 @@ pub(super) struct Budget {
     pub(super) tolerance: f32,
     /// The largest error of the joint itself, in metres.
     pub(super) own_tolerance: f32,
-    /// The coarsest lattice to try for its rotation. Coarser ones failed with a larger tolerance.
+    /// The coarsest lattice to try for the joint's rotation. Coarser lattices failed in an earlier pass with a larger
+    /// tolerance.
     pub(super) coarsest: Option<Lattice>,
 }
 
@@ -60,7 +61,8 @@ pub(super) struct LossyClip {
 }
 
 impl Encoder<'_> {
-    /// Encodes all joints, with keys at the `shared` key frames, or each track with its own key frames.
+    /// Encodes all joints. With `shared`, all animated tracks have keys at these key frames. Otherwise each track has
+    /// its own key frames.
     pub(super) fn encode(&self, budgets: &mut [Budget], shared: Option<&Arc<KeyFrames>>) -> LossyClip {
         let all_frames = self.clip.all_frames();
         let mut tracks = Vec::with_capacity(self.clip.joints.len());

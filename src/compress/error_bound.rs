@@ -1,9 +1,9 @@
 //! The error bound: the largest distance of a joint from its position in the source.
 //!
 //! A joint with its own bound has a *weight*. [`measure`](super::measure) and [`refinement`](super::refinement) compare
-//! weighted errors with one bound. Constant tracks, first tolerances and decimals are chosen before any error is known.
-//! They use the smallest bound among the joints that a track moves. No rotation corrects an error along the bone, so a
-//! joint's position is hardly more accurate than its parent's.
+//! weighted errors with one bound. Constant tracks, the tolerances of the first pass and the decimals of constants are
+//! chosen before any error is measured. For these choices, a track has the smallest bound of the joints that it moves.
+//! No rotation corrects an error along the bone, so a joint's position is hardly more accurate than its parent's.
 
 use std::collections::BTreeMap;
 
@@ -38,8 +38,9 @@ pub struct ErrorBound {
     /// exactly, which only 32-bit floats can do.
     pub max_error: f64,
     /// The radius of a shell around each joint and end site, in metres. Three points of the shell, along the axes of
-    /// the joint, represent the skin and keep the bound of the joint too. ACL's default is 0.03. With 0, only a joint
-    /// whose rotation moves no other joint has a shell, of 0.03, because no position would reveal its error.
+    /// the joint, represent the skin and keep the bound of the joint too. ACL's default is 0.03. With 0, only joints
+    /// whose rotation moves no other joint have a shell, of 0.03 m, because no position would show an error of such a
+    /// rotation.
     pub shell_distance: f64,
     /// The bounds of single joints and end sites, in metres, above 0, by their names in the scene. Each replaces
     /// [`max_error`](Self::max_error) for its joint. If several nodes have the name, it applies to all of them.
@@ -165,7 +166,8 @@ impl ErrorBound {
 pub(super) struct Bounds {
     /// The bound of joints without their own bound, in metres.
     pub(super) max_error: f64,
-    /// The factors for errors before they are compared with `max_error`; empty if all are 1.
+    /// The factor by which each joint's error is multiplied before the comparison with `max_error`; empty if all
+    /// factors are 1.
     weights: Vec<f64>,
     /// The smallest bound of each joint and its descendants; empty if all are `max_error`.
     subtrees: Vec<f64>,
@@ -191,7 +193,7 @@ impl Bounds {
         bounds.subtrees = of_joints.collect();
         bounds.weights = bounds.subtrees.iter().map(|own| bound.max_error / own).collect();
         bounds.below = vec![f64::INFINITY; clip.joints.len()];
-        // The points of the shell follow all joints, so each child follows its parent.
+        // In the list, the points of the shells come after all joints, so each child comes after its parent.
         for (index, joint) in clip.joints.iter().enumerate().rev() {
             if bounds.below[index].is_infinite() {
                 bounds.below[index] = bounds.subtrees[index];
@@ -214,13 +216,13 @@ impl Bounds {
         self.max_error / self.weights.get(joint).unwrap_or(&1.0)
     }
 
-    /// The smallest bound of a joint and its descendants in metres. Its translation moves these.
+    /// The smallest bound of a joint and its descendants in metres. The joint's translation moves these joints.
     pub(super) fn of_subtree(&self, joint: usize) -> f64 {
         self.subtrees.get(joint).copied().unwrap_or(self.max_error)
     }
 
-    /// The smallest bound of a joint's descendants in metres. Its rotation moves these. The joint's own bound if it has
-    /// no descendants.
+    /// The smallest bound of a joint's descendants in metres. The joint's rotation moves these joints. If the joint has
+    /// no descendants, its own bound.
     pub(super) fn below(&self, joint: usize) -> f64 {
         self.below.get(joint).copied().unwrap_or(self.max_error)
     }

@@ -15,14 +15,14 @@ pub const SHELL_DISTANCE: f32 = 0.03;
 
 /// The points that a joint's rotation moves.
 pub struct LeverArms {
-    /// The vectors to the joints that move with it as one rigid body, in its own axes, in metres.
+    /// The vectors to the joints that move with the joint as one rigid body, in the axes of the joint, in metres.
     pub arms: Vec<Vec3>,
     /// The length of the longest arm, or the shell distance.
     pub longest: f32,
     /// The length of the longest chain of descendants, in metres.
     pub chain_length: f32,
     /// A matrix, by rows. It maps the error of the joint's own position to the rotation (axis times angle) that moves
-    /// the ends of the arms back as far as possible. The function with this name derives it.
+    /// the ends of the arms back as far as possible. The function `counter_rotation` derives it.
     pub counter_rotation: [[f32; 3]; 3],
 }
 
@@ -61,8 +61,8 @@ impl LeverArms {
         at_ends.fold(shell, f32::max).sqrt()
     }
 
-    /// The smallest change of a rotation error (axis times angle) that brings the farthest point to the error `goal`,
-    /// or as near to it as the position error allows. `None` if its error is at most `largest`.
+    /// The smallest change of a rotation error (axis times angle) that brings the largest error of a point to `goal`,
+    /// or as near to `goal` as the position error allows. `None` if the largest error is at most `largest`.
     #[inline]
     pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
@@ -138,8 +138,9 @@ fn chain_lengths(clip: &RawClip) -> Vec<f32> {
     lengths
 }
 
-/// Collects the arms to the children of a joint. If a child does not rotate, also to its children. `start` and
-/// `rotation` lead from the joint that owns the arms to `index`.
+/// Collects the arms from a joint to its children. For a child that does not rotate, also collects the arms to its
+/// children. `start` and `rotation` are the position and the rotation of joint `index`, in the axes of the joint that
+/// owns the arms.
 fn collect_rigid_arms(clip: &RawClip, index: usize, start: Vec3, rotation: Quat, arms: &mut Vec<Vec3>) {
     for &child in &clip.joints[index].children {
         let joint = &clip.joints[child];

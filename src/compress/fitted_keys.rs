@@ -5,17 +5,18 @@
 //! the square root of 2.
 //!
 //! The lines from a key that are within the tolerance at all frames so far form a cone. The cone gets narrower with
-//! each frame, and the line ends when it is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
+//! each frame, and the line ends when the cone is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
 //! digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting straight lines
 //! between data ranges", Communications of the ACM 24, 1981).
 //!
-//! Here values have three components. So the cone is not computed; the algorithm keeps one line within it. If a frame
-//! excludes that line, projections onto the excluding frames find another (the method of L. M. Bregman, 1965, for a
-//! common point of convex sets).
+//! Here values have three components. So the cone is not computed; the algorithm keeps one line within it. If this line
+//! is outside the tolerance at a frame, projections find another line within it (the method of L. M. Bregman, 1965, for
+//! a common point of convex sets).
 //!
-//! The longest possible line may end where the next one must be short. So the line ends at the one of its last frames
-//! from which the next line gets farthest. Then each key moves towards the least-squares fit of the two lines that it
-//! joins, as far as the tolerance allows. This leaves less error for joints further down to compensate.
+//! The longest possible line may end where the next line must be short. So the algorithm tries several of the line's
+//! last frames as the end, and takes the frame from which the next line gets farthest. Then each key moves towards the
+//! least-squares fit of the two lines that it joins, as far as the tolerance allows. With these smaller errors, joints
+//! further down have less to compensate for.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::cube_root::cube_root;
@@ -26,7 +27,7 @@ use super::error_metric::LeverArms;
 use super::key_frames::{KeyFrames, alpha, between};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 
-// Tuned on the fixtures. The tolerance holds with any other values.
+// The constants below are tuned on the fixtures. The tolerance holds with any other values.
 
 /// The number of possible end frames of a line from which the next line is tried.
 const ENDS: usize = 4;
@@ -48,9 +49,9 @@ pub const NLERP_FROM_SLERP: f32 = 0.004;
 
 /// A track to which keys are fitted.
 pub trait Fit {
-    /// The stored value.
+    /// A value in the form in which a key stores it.
     type Key: Copy;
-    /// The decoded value at a frame.
+    /// A value of the track, as a reader decodes it.
     type Value: Copy;
 
     fn frames(&self) -> usize;
@@ -69,7 +70,7 @@ pub trait Fit {
     /// The displacement from a value to the target at a frame.
     fn displacement(&self, from: Self::Value, frame: usize) -> Vec3;
 
-    /// The longest displacement from one key to the next.
+    /// The longest allowed displacement from one key to the next.
     fn longest(&self) -> f32;
 
     /// The smallest change of a displacement that brings it within the tolerance at a frame. `target` is the
@@ -217,8 +218,9 @@ impl Fit for TranslationFit<'_> {
     }
 }
 
-/// The key frames of a track, and its keys. The track is within the tolerance between two keys. It is also within it at
-/// a key, except between adjacent frames neither of which allows a line.
+/// The key frames of a track, and its keys. At the frames between two keys, the error is within the tolerance. If no
+/// line from a key fits, the next frame gets a key with its rounded target. Only at such a key, the error may be larger
+/// than the tolerance.
 pub fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
     let mut keys = vec![fit.quantize(fit.target(0), None)];
     let mut key_frames = vec![0];
@@ -243,7 +245,7 @@ pub fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
 /// A line that starts at a key.
 #[derive(Clone, Copy)]
 struct Line {
-    /// The last frame at which it is within the tolerance.
+    /// The last frame at which the line is within the tolerance.
     last: usize,
     /// The displacement per tick.
     rise: Vec3,
@@ -268,8 +270,8 @@ impl<F: Fit> Search<'_, F> {
         (self.ticks[to] - self.ticks[from]) as f32
     }
 
-    /// The longest line from a value, based on displacements. The caller checks whether its keys are within the
-    /// tolerance.
+    /// The longest line that starts at a value. The displacements along the line are within the tolerance; the caller
+    /// checks whether the keys are too.
     fn longest_line(&mut self, from: usize, start: F::Value) -> Line {
         self.seen.clear();
         let longest = self.fit.longest();
@@ -299,7 +301,7 @@ impl<F: Fit> Search<'_, F> {
         Line { last, rise }
     }
 
-    /// A rise within the tolerance at all seen frames, starting from an arbitrary `rise`.
+    /// A rise that keeps the line within the tolerance at all frames in `seen`. The projections start from `rise`.
     fn project(&self, from: usize, mut rise: Vec3) -> Option<Vec3> {
         let mut before = self.seen.len() - 1;
         for _ in 0..PROJECTIONS {
@@ -319,7 +321,7 @@ impl<F: Fit> Search<'_, F> {
         None
     }
 
-    /// The one of a line's last frames from which the next line gets farthest.
+    /// The frame, among the last frames of a line, from which the next line gets farthest.
     fn best_end(&mut self, from: usize, key: &F::Key, line: Line) -> End<F::Key> {
         let mut ends = Vec::with_capacity(ENDS);
         let mut rest = from + 1..line.last + 1;
@@ -340,7 +342,8 @@ impl<F: Fit> Search<'_, F> {
                     return End { frame, key: end, next };
                 }
             }
-            // With rounding or nlerp the line is not within the tolerance: try a much shorter one.
+            // With rounding or nlerp, the line is not within the tolerance at any of these ends. So try ends in its
+            // first half.
             rest.end = usize::midpoint(rest.start, rest.end);
         }
         let frame = from + 1;

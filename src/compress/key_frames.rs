@@ -16,11 +16,11 @@ pub fn every_frame(frames: usize) -> KeyFrames {
     (0..frames as u32).collect()
 }
 
-/// The remaining key frames if `fits(from, to)` must hold for every two consecutive keys. Adjacent frames have no frame
-/// between them and always fit.
+/// Removes key frames. For every two consecutive keys that remain, `fits(from, to)` holds. Adjacent frames have no
+/// frame between them and always fit.
 ///
 /// An exponential search finds the distance to the next key, starting from the previous distance. The number of calls
-/// per key is about the logarithm of the change of the distance.
+/// of `fits` per key is about the logarithm of the change of the distance.
 pub fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyFrames {
     let mut key_frames = vec![0];
     let last = frames.saturating_sub(1);
@@ -56,16 +56,16 @@ pub fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyF
 pub struct Insertion {
     /// The frame of the new key.
     pub frame: usize,
-    /// The index of the key before it, among the keys before any insertion.
+    /// The index of the key before the new key, among the keys before any insertion.
     pub after: usize,
 }
 
-/// The frames between two keys that get a key if the error of one is too large.
+/// Which frames get a key, if the error of a frame between two keys is too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refine {
     /// The frame with the largest error.
     Worst,
-    /// Every frame.
+    /// Every frame between the two keys.
     All,
 }
 
@@ -126,8 +126,8 @@ pub fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<Item = (u
 }
 
 /// Calls `visit(frame, key, alpha)` for every frame of `ranges`. `key` is the index of the last key at or before the
-/// frame. `alpha` is the interpolation factor from there to the next key, 0 at a key. Each range starts at a key and
-/// ends before one.
+/// frame. `alpha` is the interpolation factor from this key to the next, and 0 at a key. Each range starts at a key and
+/// ends before a key.
 pub fn for_each_frame(
     key_frames: &[u32],
     ticks: &[f64],

@@ -84,33 +84,32 @@ use self::raw_clip::RawClip;
 pub use self::reduce_keys::reduce_keys;
 use self::refinement::Refinement;
 
-// Fractions of the bound, tuned on the fixtures. The bound holds with any other values.
+// The constants below are tuned on the fixtures. The error bound holds with any other values.
 
-/// The fraction of the bound for replacing tracks by constants, tuned on the fixtures.
+/// The largest error of a track that is replaced by a constant, as a fraction of the bound.
 const CONSTANT_FRACTION: f32 = 0.2;
 
-/// The fraction of the bound for key frame reduction of the whole pose, in streams. The remainder is for quantization,
-/// which takes less if rotations are stored with 16 or 32 bits.
+/// The part of the bound that key frame reduction of the whole pose may use, if keys are stored in streams.
+/// Quantization uses the remainder; it needs less if rotations are stored with 16 or 32 bits.
 const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
 
-/// The fraction of the bound for key frame reduction of 32-bit numbers.
+/// The part of the bound that key frame reduction of the whole pose may use, if keys are stored as 32-bit numbers.
 const KEY_FRACTION_OF_NUMBERS: f32 = 0.97;
 
-/// The number of shared key frames, as a fraction of all frames, below which they may be smaller in streams than keys
-/// at all frames. Keys at all frames can be coarser, because quantization can use the whole bound.
+/// If the shared key frames are more than this fraction of all frames, mocap writes keys at all frames, which are then
+/// smaller in streams. Keys at all frames can be coarser, because quantization can use the whole bound.
 const MAYBE_SMALLER: f32 = 0.9;
-/// The fraction of all keys below which fewer keys are surely smaller.
+/// A clip with shared key frames is surely smaller if it has fewer keys than this fraction of the keys at all frames.
 const SURELY_SMALLER: f32 = 0.85;
 
-/// The fraction of the size of shared key frames that must be below the size of separate key frames, for shared key
-/// frames to be tried.
+/// Shared key frames are tried only if this fraction of their estimated size is below the size of separate key frames.
 const MAYBE_CONSTANT: f32 = 0.85;
 
 /// The fractions of a bound to try if the bound itself is not kept. Near the precision of the numbers, roundings add up
 /// by chance. So a smaller bound may be kept although a larger one is not.
 const TIGHTER_BOUNDS: [f64; 2] = [0.5, 0.25];
 
-/// Compresses `animation` so that every joint stays within `bound` of its position.
+/// Compresses `animation` so that no joint is farther from its position than `bound`.
 ///
 /// # Errors
 /// - [`Code::ErrorBound`]: the encoding is too coarse for the bound.
@@ -135,7 +134,7 @@ pub fn compress(
     kept.ok_or(refused)
 }
 
-/// Like [`compress()`], at this bound only.
+/// Compresses as [`compress()`] does, but does not try a tighter bound.
 fn compress_once(
     scene: &Scene,
     animation: &Animation,
@@ -152,7 +151,7 @@ fn compress_once(
         .map(|tick| encoding.time(*tick, animation.ticks_per_second))
         .collect();
     if !times.is_sorted_by(|a, b| a < b) {
-        let message = "two frames have the same time as 32-bit floats, so no error bound can be guaranteed";
+        let message = "two frames have the same time as 32-bit floats, so that mocap can guarantee no error bound";
         return Err(Diagnostic::new(Code::LimitExceeded, message).into());
     }
     let farthest = |track: &ObjectSpaceTrack| track.positions.iter().map(|p| p.length()).fold(0.0, f32::max);
@@ -186,7 +185,8 @@ fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedCli
         ..
     } = &refinement.encoder;
     let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_NUMBERS);
-    // Refinement adds to this size. But some tracks may be constant that are animated with their own key frames.
+    // Refinement adds keys to this size. But some tracks that are animated in `own` may be constant with shared key
+    // frames.
     let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
     if size as f32 * MAYBE_CONSTANT >= encoding.size(&own) as f32 {
         return Ok(own);

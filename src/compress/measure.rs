@@ -18,7 +18,7 @@ use super::read_ahead::FrameReader;
 pub struct FrameErrors {
     /// The largest error of a joint, in metres.
     pub largest: Vec<f64>,
-    /// The node with that error.
+    /// The joint or shell point with the largest error.
     pub nodes: Vec<usize>,
     /// The sum of the squared errors of all joints.
     pub squares: Vec<f64>,
@@ -51,7 +51,8 @@ impl FrameErrors {
         summary
     }
 
-    /// The largest error of each of `nodes` nodes. Only frames count in which no other node has a larger error.
+    /// For each of `nodes` joints and shell points, its largest error. A frame counts only for the joint or point that
+    /// has the largest error in this frame.
     pub fn by_node(&self, nodes: usize) -> Vec<f64> {
         let mut errors = vec![0.0; nodes];
         for (&node, &error) in std::iter::zip(&self.nodes, &self.largest) {
@@ -113,7 +114,7 @@ pub fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], err
             forward_kinematics(
                 &mut joints,
                 |index| clip.parent_of(index),
-                // A closure that is not inlined is compiled for every processor, without wide vectors.
+                // A closure that is not inlined would be compiled without wide vectors.
                 #[inline(always)]
                 |index, parent, joint| samplers[index].sample(block, &cursors, decoders, parent, joint),
             );
@@ -141,8 +142,9 @@ pub fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], err
     }
 }
 
-/// The largest distance between implementations of a decoder at a joint: the sum, over its ancestors, of the angle by
-/// which they may differ times the distance.
+/// The largest distance between the positions that implementations of one decoder compute for a joint. It is a sum over
+/// the joint's ancestors: the angle by which implementations may differ, times the distance from the ancestor to the
+/// joint.
 #[inline(always)]
 fn ambiguity(clip: &RawClip, joints: &[JointState], index: usize) -> Lanes {
     let mut sum = Lanes::ZERO;

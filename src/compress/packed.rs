@@ -1,8 +1,9 @@
 //! A packed clip: bytes from which a pose can be computed at any time, without unpacking the rest.
 //!
-//! `docs/packed-clip.md` has the layout, byte by byte. The frames are in blocks of equal length. In a block, a track
-//! has a straight line for each component. A key is its difference from the line, in as few bits as the block needs.
-//! All tracks of a key frame are stored together, so that a pose reads the headers of one block and two key frames.
+//! `docs/packed-clip.md` has the layout, byte by byte. The frames are in blocks of equal length. In a block, each
+//! component of a track has a straight line. A key is stored as its difference from the line, in as few bits as the
+//! block needs. All tracks of a key frame are stored together, so that a pose reads the headers of one block and two
+//! key frames.
 
 #[doc(hidden)]
 pub(crate) mod bits;
@@ -44,14 +45,15 @@ use super::{CompressedClip, ErrorBound};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///
-/// The constructor refuses a broken file. After that, no call fails or allocates. In memory a clip has its bytes and
-/// less than 200 more for every node.
+/// The constructor refuses a broken file. After that, no call fails or allocates. In memory, a clip takes its bytes and
+/// less than 200 bytes more for every node.
 #[derive(Clone, Debug)]
 pub struct PackedClip<'a> {
     bytes: Cow<'a, [u8]>,
-    /// The pose of constant nodes, and the rest pose of moving nodes.
+    /// For each node, its transform: constant if the node does not move, otherwise the transform of the rest pose.
     rest: Vec<Trs>,
-    /// The rest transforms of nodes that differ from their constant transforms.
+    /// The transforms in the rest pose that differ from the constant transform of the node, each with the index of the
+    /// node.
     at_rest: Vec<(u32, Trs)>,
     nodes: Vec<ClipNode>,
     rotations: Vec<RotationTrack>,
@@ -60,17 +62,17 @@ pub struct PackedClip<'a> {
     ticks_per_second: f64,
     duration: f64,
     max_error: f32,
-    /// Frames of a block, as a power of two.
+    /// The binary logarithm of the number of frames in a block.
     log2_block_frames: u32,
-    /// Bytes of the key masks of a block; 0 if every frame has a key.
+    /// The size of a block's key mask in bytes; 0 if every frame has a key.
     mask_bytes: usize,
-    /// Bits of all track headers of a block.
+    /// The size of all track headers of a block, in bits.
     header_bits: usize,
-    /// The position of the ticks of the frames; absent if they are 0, 1, 2 and so on.
+    /// The byte position of the ticks of the frames; `None` if the ticks are 0, 1, 2 and so on.
     ticks: Option<usize>,
-    /// The position of the block offsets.
+    /// The byte position of the table of block offsets.
     table: usize,
-    /// The position of the first block.
+    /// The byte position of the first block.
     blocks: usize,
 }
 
@@ -79,7 +81,7 @@ pub struct PackedClip<'a> {
 struct ClipNode {
     parent: Option<u16>,
     is_end_site: bool,
-    /// The position of its name.
+    /// The position of the first byte of its name, and the position after the last byte.
     name: (usize, usize),
 }
 
@@ -96,7 +98,8 @@ impl PackedClip<'static> {
         Ok(Self::pack(scene, animation, max_error.into())?.0)
     }
 
-    /// Returns a packed clip, and the clip before packing, which has the place of its largest error.
+    /// Returns a packed clip, and the compressed clip from which it was packed. The compressed clip states the node and
+    /// the tick of the largest error.
     #[doc(hidden)]
     pub fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
         let (bytes, clip) = write::encode(scene, animation, &bound, &Packed)?;
@@ -165,12 +168,12 @@ impl<'a> PackedClip<'a> {
         self.ticks_per_second
     }
 
-    /// The last tick.
+    /// The duration in ticks, which is also the last tick.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// A clock for this clip, at the start.
+    /// A clock to play this clip, at the start of the clip.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -20,12 +20,12 @@ const SHELL_POINTS: usize = Vec3::AXES.len();
 /// distance of the skin from a joint.
 const SKIN: f32 = 0.03;
 
-/// The largest difference from 1 of the squared length of a quaternion. It is more than the rounding of 16-bit
-/// integers.
+/// The largest allowed difference between 1 and the squared length of a quaternion. It is more than the rounding of
+/// 16-bit integers.
 const NOT_A_UNIT: f32 = 1e-3;
 
-/// The largest product of frames and nodes. Each takes about 100 bytes, and a file with a few keys can claim any
-/// duration.
+/// The largest product of frames and nodes. A node takes about 100 bytes in each frame, and a file with a few keys can
+/// claim any duration.
 const MAX_VALUES: usize = 1 << 28;
 
 pub struct RawClip<'a> {
@@ -87,20 +87,21 @@ fn check_values(frames: usize, joints: usize) -> Result<()> {
     let message = "the animation has too many frames to measure the error at each";
     Err(Diagnostic::new(Code::LimitExceeded, message)
         .expected_found(
-            format!("frames times nodes and points of shells of at most {MAX_VALUES}"),
-            format!("{frames} frames of {joints} nodes and points"),
+            format!("at most {MAX_VALUES} as the product of frames and measured points"),
+            format!("{frames} frames, each with {joints} nodes and shell points"),
         )
-        .help("write it without compression and without a largest error, or trim it")
+        .help("write the motion without compression and without a largest error, or trim the motion")
         .into())
 }
 
 impl<'a> RawClip<'a> {
-    /// Every joint has a shell: three points that represent its skin, `shell_distance` metres along its axes. If the
-    /// distance is 0, only a joint whose rotation moves no other joint has a shell, at 3 cm.
+    /// Samples an animation at every frame. Every joint has a shell: three points that represent its skin,
+    /// `shell_distance` metres along its axes. If the distance is 0, only a joint whose rotation moves no other joint
+    /// has a shell, at 3 cm.
     ///
     /// # Errors
-    /// A value is not finite, or a scale is not constant and uniform. With such a scale, an error bound on each joint's
-    /// rotation and translation does not bound the whole.
+    /// A value is not finite, or a scale is not constant and uniform. With such a scale, small errors of each joint's
+    /// rotation and translation do not keep the positions within the bound.
     pub fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
         let joints = scene.nodes.len() * if shell_distance > 0.0 { 1 + SHELL_POINTS } else { 1 };
         check_values(animation.frame_count(), joints)?;
@@ -168,7 +169,8 @@ impl<'a> RawClip<'a> {
         Ok(clip)
     }
 
-    /// The joints whose rotation moves no joint, because all their descendants are at their own position.
+    /// For each joint, whether its rotation moves no joint, because all its descendants are at the joint's own
+    /// position.
     fn turning_ends(&self) -> Vec<bool> {
         let mut reaches = vec![false; self.joints.len()];
         for (index, joint) in self.joints.iter().enumerate().rev() {
@@ -183,7 +185,7 @@ impl<'a> RawClip<'a> {
             .collect()
     }
 
-    /// Adds a shell to these joints.
+    /// Adds a shell to each joint for which `has_shell` is true.
     fn add_shell(&mut self, distance: f32, has_shell: &[bool]) {
         for node in (0..self.joints.len()).filter(|node| has_shell[*node]) {
             let joint = &self.joints[node];
@@ -372,5 +374,5 @@ fn scale_error(node: &Node) -> Diagnostic {
         "a largest error can be kept only if the scale is above 0, uniform and constant",
     )
     .in_joint(&node.name)
-    .help("write it without compression and without a largest error")
+    .help("write the motion without compression and without a largest error")
 }

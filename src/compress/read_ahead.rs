@@ -30,7 +30,8 @@ impl FrameReader {
     }
 }
 
-/// Reads `number` of one value in each cache line of a range, ignoring indices beyond the end.
+/// In each cache line of a range of `values`, reads the number that `number` takes from one value. Ignores indices
+/// beyond the end.
 pub(super) fn read<T>(values: &[T], range: Range<usize>, number: impl Fn(&T) -> f32) {
     let values = &values[range.start.min(values.len())..range.end.min(values.len())];
     let every = (CACHE_LINE / size_of::<T>()).max(1);

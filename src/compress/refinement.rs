@@ -1,8 +1,9 @@
 //! Refinement: repeats encoding passes until the error is within the bound.
 //!
-//! If the error at a frame is too large, the shared key frames get a key there, as in the algorithm of Ramer, Douglas
-//! and Peucker. Only the new keys are encoded. If a frame with a key has too large an error, or if each joint has its
-//! own key frames, the ancestors of the joint get smaller tolerances. Then another pass starts.
+//! If the error at a frame is too large, the shared key frames get a key at this frame, as in the algorithm of Ramer,
+//! Douglas and Peucker. Only the new keys are encoded. Key frames do not suffice if a frame with a key has too large an
+//! error, or if each joint has its own key frames. Then the joint with the error and its ancestors get smaller
+//! tolerances, and another pass starts.
 
 use std::iter::zip;
 use std::ops::Range;
@@ -17,17 +18,15 @@ use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
 use super::object_space::ObjectSpaceTrack;
 
-/// The largest number of passes, and the largest number of times that a pass adds only the worst frame between two
-/// keys. After that, it adds all frames.
+/// The largest number of encoding passes. It is also the number of rounds in which only the worst frame between two
+/// keys gets a key. In later rounds, all frames between these two keys get a key.
 const MAX_PASSES: usize = 16;
 
 /// The next tolerance, as a fraction of the tolerance that would suffice if errors were proportional to it.
 const SAFETY: f32 = 0.97;
-/// The smallest fraction of a tolerance that remains for the next pass.
+/// The smallest factor by which a pass multiplies a tolerance.
 const MIN_SHRINK: f32 = 0.5;
 
-// The tolerances of the first pass as fractions of the bound: at a root's children and at the end of a chain. Tuned on
-// the fixtures. The bound holds with any other values.
 /// The tolerance of the first pass at a root's children, as a fraction of the bound. Tuned on the fixtures: the bound
 /// holds with any value.
 const FIRST_TOLERANCE: f32 = 0.75;
@@ -45,8 +44,8 @@ pub(super) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// Encodes the clip within the bound. It has keys at the `shared` key frames and further ones as needed, or each
-    /// track has its own key frames.
+    /// Encodes the clip within the bound. With `shared`, all tracks have keys at these key frames, and at further
+    /// frames as needed. Otherwise each track has its own key frames.
     ///
     /// # Errors
     /// [`Code::ErrorBound`] if the storage is too coarse. The message names the node of `scene` with the largest error.
@@ -111,7 +110,7 @@ impl Refinement<'_> {
         self.measure_weighted(lossy, ranges, errors, self.encoder.bounds.weights())
     }
 
-    /// Like [`Self::measure`], with these joint weights. Without weights, errors are distances.
+    /// Measures errors as [`Self::measure`] does, but with these joint weights. Without weights, errors are distances.
     fn measure_weighted(
         &self,
         lossy: &LossyClip,
@@ -158,7 +157,8 @@ impl Refinement<'_> {
         zip(depth, deepest).enumerate().map(budget).collect()
     }
 
-    /// Shrinks the tolerances of joints with too large an error, and of their ancestors. `errors` are given by node.
+    /// Shrinks the tolerances of joints with too large an error, and of their ancestors. `errors` has one value per
+    /// joint.
     fn shrink_tolerances(&self, budgets: &mut [Budget], errors: &[f64]) {
         let joints = &self.encoder.clip.joints;
         let bound = self.encoder.bounds.max_error;
@@ -175,7 +175,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Adds keys until no frame has too large an error in single precision, which is faster than measuring it.
+    /// Adds keys until the estimated error of every frame is within the bound. The estimate is in single precision, and
+    /// is faster than a measurement.
     fn add_keys_by_estimate(&self, lossy: &mut LossyClip, budgets: &[Budget], key_frames: &mut Arc<KeyFrames>) {
         let mut errors = vec![0f32; self.encoder.clip.frames()];
         let mut changed = self.encoder.clip.all_frames();
@@ -232,8 +233,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Adds and encodes keys where the error is above `bound`. Returns the affected ranges of frames. After some rounds
-    /// all frames around get keys, so that the loop ends.
+    /// Adds and encodes keys where the error is above `bound`. Returns the affected ranges of frames. From round
+    /// ("step") [`MAX_PASSES`] on, all frames between two keys get a key, so that the rounds end.
     fn add_keys<T: Copy + PartialOrd>(
         &self,
         lossy: &mut LossyClip,

@@ -10,8 +10,8 @@ use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
 use super::read_ahead::{self, FrameReader};
 
-/// Removes key frames. The poses interpolated between the remaining keys keep every joint within `fraction` of its
-/// error bound. `raw` are the joints of the clip in object space.
+/// Removes key frames. In the poses interpolated between the remaining keys, the error of every joint is at most
+/// `fraction` times its error bound. `raw` are the joints of the clip in object space.
 pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, fraction: f32) -> KeyFrames {
     let square = |joint| (bounds.of(joint) as f32 * fraction).powi(2);
     let squared_tolerances: Vec<f32> = (0..clip.joints.len()).map(square).collect();
@@ -54,7 +54,7 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, 
     })
 }
 
-/// The interpolated pose of a frame between two others.
+/// The pose of a frame, interpolated between the poses of two other frames.
 struct InterpolatedPose<'a> {
     clip: &'a RawClip<'a>,
     raw: &'a [ObjectSpaceTrack],
@@ -67,8 +67,8 @@ struct InterpolatedPose<'a> {
 }
 
 impl InterpolatedPose<'_> {
-    /// The first of some joints that is not within its tolerance of its position in the raw clip. `parent_of` maps the
-    /// index of a joint in this list to the index of its parent.
+    /// The first joint of a list that is farther from its position in the raw clip than its tolerance. `parent_of` maps
+    /// the index of a joint in this list to the index of its parent.
     fn first_off(
         &self,
         joints: &[usize],

@@ -1,8 +1,9 @@
 //! Trellis quantization: finds the cheapest sequence of corners, one for each frame, by dynamic programming (the
 //! Viterbi algorithm), as video encoders do.
 //!
-//! The rate from a corner to a corner of the next frame is a sum over the three axes. A corner is on the near or the
-//! far side along each axis. So the least of the 64 sums is found axis by axis, with 16 sums for each.
+//! The rate from a corner to a corner of the next frame is a sum over the three axes. Along each axis, a corner is on
+//! the near or the far side. So the minimum over all 64 pairs of corners is found axis by axis, with 16 sums for each
+//! axis.
 
 use mocap_scene::math::soa::single::{LANES, Lanes};
 
@@ -10,14 +11,15 @@ use mocap_scene::math::soa::single::{LANES, Lanes};
 /// second and third axis.
 pub const CORNERS: usize = 8;
 
-// The approximate bits of a difference in a stream: `format/gltf/stream_size` counts them exactly. Tuned on the
+// The approximate bits of a difference in a stream. `src/formats/gltf/stream_size.rs` counts them exactly. Tuned on the
 // fixtures.
 
 /// Bits of the low byte of a difference. It is above 0 even for a zero difference, because other differences of its
 /// group often need bits.
 const LOW_BYTE: f32 = 0.8;
 
-/// Additional bits for differences of at least 1, 2 and 8, which take 2, 4 and 8 bits.
+/// Pairs of a difference, and the additional bits above this difference. In the stream, differences from 1 to 2
+/// take 2 bits, differences from 2 to 8 take 4 bits, and larger differences take 8 bits.
 const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
 
 /// Bits of the high byte. It hardly ever changes, but a change costs bits for the whole group.
@@ -39,7 +41,7 @@ impl Component {
         }
     }
 
-    /// The approximate bits of this component after another.
+    /// The approximate bits of the difference between this component and the component `before`.
     #[inline(always)]
     pub fn rate_after(&self, before: &Self) -> Lanes {
         Lanes::of(|lane| {

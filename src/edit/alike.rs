@@ -1,5 +1,6 @@
-//! Finds the two frames at which two motions are most alike, near the place where they join. The measure is the
-//! distance of motion graphs: `docs/motion-graphs-algorithm.md`.
+//! Finds the most similar frames of two motions, near the ends that a step joins or mixes. The measure is the distance
+//! of motion graphs, which compares two windows: short runs of frames. `docs/motion-graphs-algorithm.md` has the
+//! formula.
 
 use std::ops::Range;
 
@@ -15,7 +16,8 @@ use crate::graph::distance::Window;
 /// The highest rate at which frames are compared, in frames per second. A higher rate finds the same frames.
 const MOST_PER_SECOND: f64 = 60.0;
 
-/// The fraction by which a rate may be above this limit without being halved: frame times in files are rounded.
+/// A frame rate may be above `MOST_PER_SECOND` by this fraction, because frame times in files are rounded. A higher
+/// rate is divided by 2, 3 and so on.
 const ROUNDED: f64 = 1e-3;
 
 /// The longest window of frames that is compared, in seconds: the window of a motion graph.
@@ -24,25 +26,26 @@ const WINDOW: f64 = 1.0 / 3.0;
 /// The longest time that is searched, in seconds.
 const LONGEST: f64 = 10.0;
 
-/// One time in each motion, in seconds from its beginning, and the distance of the two poses in metres.
+/// A time in each of two motions, in seconds from the beginning of the motion. Also the distance in metres between the
+/// two windows at these times.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MomentPair {
     pub(super) at: [f64; 2],
     pub(super) apart: f32,
 }
 
-/// Two motions as point clouds, and the range of frames that is searched.
+/// Two motions as point clouds (the positions of the joints in each frame), and how many frames to search.
 pub(super) struct Alikeness {
     space: CloudSpace,
     window: Window,
     clouds: [Clouds; 2],
-    /// Frames per second of the clouds.
+    /// The number of point clouds per second.
     rate: f64,
-    /// The number of frames at an end of a motion that are searched.
+    /// The number of frames that are searched at each end of a motion.
     within: usize,
 }
 
-/// Refuses a negative search time, and one that is too long.
+/// Refuses a search time that is negative or longer than [`LONGEST`].
 pub(super) fn check(within: f64) -> Result<()> {
     if (0.0..=LONGEST).contains(&within) {
         return Ok(());
@@ -70,7 +73,7 @@ impl Alikeness {
         let rate = first.rate / (first.rate / MOST_PER_SECOND - ROUNDED).ceil().max(1.0);
         let of = |scene: &Scene, animation: usize| Clouds::new(&space, scene, &scene.animations[animation], rate);
         let clouds = [of(scene, input.animation)?, of(other, 0)?];
-        // The window at the end of the first motion and the window at the beginning of the second leave room to search.
+        // A window takes at most half of the searched time, so that several windows fit into this time.
         let frames = (WINDOW.min(0.5 * within) * rate).round().max(2.0) as usize;
         let window = Window::new(frames);
         let has_room = clouds.iter().all(|clouds| window.count(clouds) > 0);
@@ -83,7 +86,8 @@ impl Alikeness {
         }))
     }
 
-    /// The time at which the first motion should end, and the time at which the second should begin.
+    /// The best seam: the time at which the first motion should end, and the time at which the second motion should
+    /// begin.
     pub(super) fn seam(&self) -> MomentPair {
         let last = self.window.count(&self.clouds[0]);
         let room = (self.within + 1).saturating_sub(self.window.frames()).max(1);
@@ -92,13 +96,13 @@ impl Alikeness {
         self.least([(last.saturating_sub(room)..last, second)], middle)
     }
 
-    /// The times at which both motions should begin. At most one of them loses frames.
+    /// The times at which both motions should begin. At most one of the two motions loses frames.
     pub(super) fn beginning(&self) -> MomentPair {
         let [a, b] = self.rooms().map(|room| 0..room);
         self.least([(a, 0..1), (0..1, b)], 0)
     }
 
-    /// The times at which both motions should end. At most one of them loses frames.
+    /// The times at which both motions should end. At most one of the two motions loses frames.
     pub(super) fn end(&self) -> MomentPair {
         let rooms = self.rooms();
         let counts = [0, 1].map(|motion| self.window.count(&self.clouds[motion]));
@@ -113,8 +117,9 @@ impl Alikeness {
         [0, 1].map(|motion| room(&self.clouds[motion]))
     }
 
-    /// The two nearest windows of these ranges; if several are equally near, the first. `frame` is the frame of a
-    /// window whose time is returned.
+    /// The two most similar windows, one of each motion. Each pair of `parts` has the windows to compare, by their
+    /// first frames. If several pairs are equally similar, the first pair is chosen. The result has the times of the
+    /// frame `frame` of both windows.
     fn least<const N: usize>(&self, parts: [(Range<usize>, Range<usize>); N], frame: usize) -> MomentPair {
         let [a, b] = &self.clouds;
         let mut nearest = (f32::INFINITY, [0, 0]);

@@ -23,13 +23,15 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
-    /// time warping of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of
-    /// both durations. Steps over the ground are mixed in the heading of each figure: two walks in different directions
-    /// give a walk in a direction between. The scene gets the warning [`Code::PosesApart`] if mixed poses differ by
-    /// more than 45 degrees or 30 cm, wherever the figures stand. With `within`, one motion may start later, and one
-    /// may end earlier, so that the ends match best. The measure is the distance of [motion graphs](crate::graph), over
-    /// windows of a third of a second. The second motion then begins at the place and in the heading of the first.
+    /// Mixes a motion with a second motion, which has the same joints. Weight 0 gives the first motion, weight 1 the
+    /// second motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at
+    /// the same phase. The duration is the weighted mean of both durations. Movements over the ground are mixed
+    /// relative to the heading of each figure: two walks in different directions give a walk in a direction between
+    /// them. The scene gets the warning [`Code::PosesApart`] if two mixed poses differ by more than 45 degrees or 30
+    /// cm. This comparison ignores position and heading over the ground. With `within`, the step drops frames at the
+    /// beginning of one motion and at the end of one motion, so that both motions begin and end in similar poses. To
+    /// compare two frames, it uses the distance of [motion graphs](crate::graph), over a third of a second around each
+    /// frame. With `within`, the second motion also begins at the position and in the heading of the first motion.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -45,22 +47,22 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where the joints differ, a weight is not from 0 to 1, or `within` not from 0 to 10 s;
-    /// [`Code::NoMotion`] without one of the animations.
+    /// [`Code::InvalidValue`] if the joints differ, a weight is not from 0 to 1, or `within` is not from 0 to 10 s;
+    /// [`Code::NoMotion`] if one of the animations is missing.
     Blend {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, ValueKind::Input;
-        /// The fraction of the second motion. Default: 0.5 all the time.
+        /// The fraction of the second motion: one number, or pairs of a time and a fraction. Default: 0.5 all the time.
         weight: BlendWeight = BlendWeight::Constant(0.5), ValueKind::Weights;
-        /// Seconds at the beginning and at the end of both motions in which the most similar frames are searched.
-        /// Default: 0, which mixes both motions completely.
+        /// The step searches this many seconds at the beginning and at the end of both motions for the most similar
+        /// frames. Default: 0, which mixes both motions completely.
         within: f64 = 0.0, ValueKind::Seconds;
     }
 }
 
 impl Step for Blend {
     const NAME: &'static str = "blend";
-    const HELP: &'static str = "mix with the next IN, or another, aligned in time";
+    const HELP: &'static str = "mix with the next input, or the input number N, aligned in time";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_OTHER: bool = true;
     type Report = BlendReport;
@@ -74,7 +76,7 @@ impl Step for Blend {
     }
 }
 
-/// What [`Blend`] did.
+/// The report of [`Blend`].
 ///
 /// [`Blend`](crate::Blend) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -83,14 +85,16 @@ impl Step for Blend {
 pub struct BlendReport {
     /// The number of frames after the step.
     pub frames: usize,
-    /// The largest shift in time that aligns one motion with the other, relative to an even stretch, in seconds.
+    /// The largest time shift by the alignment, in seconds: relative to a second motion that is evenly stretched to the
+    /// duration of the first motion.
     pub largest_time_shift: f64,
-    /// The seconds that were dropped from the beginning of the first and of the second motion.
+    /// The seconds that the step dropped from the beginning of the first motion and from the beginning of the second
+    /// motion.
     pub left_out_before: [f64; 2],
-    /// The seconds that were dropped from the end of the first and of the second motion.
+    /// The seconds that the step dropped from the end of the first motion and from the end of the second motion.
     pub left_out_after: [f64; 2],
-    /// The mean distance of the joints of both motions at the beginning and at the end, in metres. `None` if the ends
-    /// were not searched.
+    /// The mean distance in metres between the joints of the first motion and the joints of the second motion, at the
+    /// beginning and at the end. `None` if the option `within` is 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<[f32; 2]>,
 }
@@ -129,8 +133,8 @@ impl fmt::Display for BlendReport {
 pub enum BlendWeight {
     /// One weight for the whole motion.
     Constant(f64),
-    /// Pairs of an increasing time in the result, in seconds, and the weight at this time. The weight is linear between
-    /// two times, and constant before the first and after the last.
+    /// Pairs of a time in the result, in seconds, and the weight at this time. The times increase. The weight is linear
+    /// between two times, and constant before the first and after the last.
     Curve(Vec<(f64, f64)>),
 }
 
@@ -185,7 +189,8 @@ impl BlendWeight {
 /// The largest number of frames of a motion that are compared to align it. A longer motion is sampled evenly.
 const COMPARED: usize = 160;
 
-/// Cuts both motions where they are most alike. Moves the second motion to the place and facing of the first.
+/// Cuts both motions at the frames where they are most similar. Moves and turns the second motion so that it begins at
+/// the position and the heading of the first motion.
 fn parts_alike<'a>(
     alikeness: &Alikeness,
     (first, second): (&Frames<'a>, &Frames<'a>),
@@ -255,7 +260,8 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
         let (a, b) = (from.0 + fraction * (to.0 - from.0), from.1 + fraction * (to.1 - from.1));
         let even = a / last_a.max(1.0) * last_b;
         report.largest_time_shift = report.largest_time_shift.max((b - even).abs() / second.rate);
-        // If only one motion counts, its frames are interpolated at even times, not at the times of the path.
+        // With a constant weight of 0 or 1, the result has only one motion. Its frames are taken at even times, without
+        // time warping.
         let (a, b) = match weight {
             BlendWeight::Constant(0.0) => (frame as f64, b),
             BlendWeight::Constant(1.0) => (a, time * second.rate),
@@ -277,7 +283,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     }
     let warning = fit.warning(
         Blend::NAME,
-        "search for similar frames with within=0.5 or longer, or choose more similar motions",
+        "search for similar frames with within=0.5 or a larger value, or choose more similar motions",
     );
     let mut mixed = first.with_rows(rows);
     mixed.mix_weights((&first, &second), &taken);
@@ -288,7 +294,8 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     Ok(report)
 }
 
-/// The time of the result in seconds at each point of the path, from the rates of both motions.
+/// The time in the result, in seconds, of each pair of frames of the alignment. `path` has these pairs, and `rates` has
+/// the frame rates of both motions.
 fn times(path: &[(f64, f64)], weight: &BlendWeight, rates: [f64; 2]) -> Vec<f64> {
     let mut times = vec![0.0];
     for pair in path.windows(2) {
@@ -310,8 +317,8 @@ fn whole(frame: f64) -> f64 {
     }
 }
 
-/// Pairs corresponding frames of both motions, from their first frames to their last. The method is dynamic time
-/// warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
+/// Pairs corresponding frames of both motions, from the first frames to the last frames. The method is dynamic time
+/// warping (Sakoe and Chiba, 1978). From pair to pair, both frame numbers increase.
 fn align(first: &Frames, second: &Frames, carrier: &Carrier) -> Vec<(f64, f64)> {
     let picked = |frames: &Frames| -> Vec<usize> {
         let stride = frames.len().div_ceil(COMPARED).max(1);

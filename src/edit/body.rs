@@ -1,4 +1,4 @@
-//! The parts of the figure that a step needs: its legs, its size, and its carrier.
+//! What a step needs to know of the figure: its bones, its knees, its size, and the node that moves it.
 
 use glam::Vec3;
 use mocap_figure::body::Body;
@@ -18,7 +18,8 @@ pub(super) struct Leg {
     pub(super) ankle: NodeId,
 }
 
-/// The figure of a scene, which has to be a humanoid. Its bones are found, unless `known` has them.
+/// The figure of a scene. Fails if it is no humanoid. The bones are those of `known`, or otherwise those that mocap
+/// finds.
 pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figure> {
     let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
     if !humanoid.found {
@@ -28,7 +29,7 @@ pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figur
     Ok(Figure::with_bones(scene, humanoid))
 }
 
-/// The figure of a scene whose body is an animal on four legs, and its parts.
+/// The figure of a scene and its animal, if the figure is an animal on four legs.
 pub(super) fn animal_of(scene: &Scene, known: Option<&Humanoid>) -> Option<(Figure, Quadruped)> {
     let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
     if humanoid.creature != Some(Creature::FourLegged) {
@@ -39,7 +40,8 @@ pub(super) fn animal_of(scene: &Scene, known: Option<&Humanoid>) -> Option<(Figu
     Some((figure, animal))
 }
 
-/// The body of a scene, which has to be a humanoid: its figure, and the frames of its bones in the T-pose.
+/// The body of a scene: its figure, and the coordinate frames of its bones in the T-pose. Fails if the figure is no
+/// humanoid.
 pub(super) fn body_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Body> {
     Body::of_figure(scene, figure_of(scene, known)?, "figure")
 }
@@ -55,19 +57,19 @@ impl Leg {
     }
 }
 
-/// The length of the hinge axis that the rest pose gives. It is small, so that bends in the motion count more: each
-/// adds an axis whose length is the sine of its angle.
+/// The length of the hinge axis that the rest pose gives. Each frame of the motion gives an axis whose length is the
+/// sine of the knee's angle. The rest pose has a shorter axis, so that it counts less than the motion.
 const HINGE_AT_REST: f32 = 0.05;
 
-/// The hinge axis of a knee from the rest pose, in the frame of the thigh: it points to the left of the figure. The
-/// axis is short, so it counts only if the knee hardly bends in the motion.
+/// The hinge axis of a knee according to the rest pose, in the coordinate frame of the thigh. It points to the left of
+/// the figure. The axis is short, so it counts only if the knee hardly bends in the motion.
 #[doc(hidden)]
 pub fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
     let rotation = rotation_of(&rest.node_to_world[thigh.index()]);
     HINGE_AT_REST * (rotation.inverse() * figure.figure_to_world().x_axis)
 }
 
-/// The figure of a scene, whether humanoid or not.
+/// The figure of a scene. It may be a humanoid or any other skeleton.
 pub(super) fn any_figure_of(scene: &Scene, input: &StepInput<'_>) -> Figure {
     let humanoid = input.bones().cloned().unwrap_or_else(|| Humanoid::of(scene));
     Figure::with_bones(scene, humanoid)
@@ -85,8 +87,8 @@ pub(super) fn and_below(scene: &Scene, node: NodeId) -> impl Iterator<Item = Nod
     std::iter::once(node).chain((node.index() + 1..scene.nodes.len()).take_while(below).map(NodeId::new))
 }
 
-/// The node whose translation moves the whole figure: `hips`, or the nearest joint above it whose position moves. If
-/// none moves, the topmost joint.
+/// The node whose translation moves the whole figure. It is the first joint whose position moves, from `hips` upwards.
+/// If no position moves, it is the topmost joint.
 pub(super) fn mover(scene: &Scene, hips: NodeId, moves: impl Fn(NodeId) -> bool) -> NodeId {
     let above = |node: &NodeId| scene.nodes[node.index()].parent;
     let mut chain =

@@ -1,4 +1,4 @@
-//! Turns the frames of joints along their bones.
+//! Rotates the coordinate frame of each joint so that one axis points along the bone.
 
 use std::fmt;
 
@@ -16,12 +16,14 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the
-    /// bending axis. Nothing moves, neither at rest nor in motion.
+    /// Turns the coordinate frame of every joint in the rest pose. One axis then points to the next joint, and another
+    /// is the axis about which the joint bends. The positions of the joints do not change, neither in the rest pose nor
+    /// in the motion.
     ///
-    /// A joint with several children points to the next bone of the figure, else to the middle of its children; one
-    /// without a child points where its parent points. Joints that are no bone bend as the joint above. BVH has no
-    /// rotations at rest, and is the same file with this step as without.
+    /// If a joint has several children, the axis points to the next bone of the figure, or otherwise to the middle of
+    /// the children. If a joint has no child, the axis has the direction of the axis of the parent. A joint without a
+    /// bone takes the bending axis of its parent. BVH stores no rotations of the rest pose, so this step does not
+    /// change a BVH output.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -39,8 +41,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a joint is scaled otherwise along one axis
-    /// than along another; [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) if a joint has a non-uniform scale;
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation.
     BoneAxis {
         /// The axis that points along the bone. Default: +Y.
         axis: AlongBone = AlongBone::default(), ValueKind::OneOf(&["y", "x"]);
@@ -49,7 +51,7 @@ step! {
 
 impl Step for BoneAxis {
     const NAME: &'static str = "bone-axis";
-    const HELP: &'static str = "turn the frames of joints along their bones at rest";
+    const HELP: &'static str = "rotate the joint axes so that one axis points along the bone at rest";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = BoneAxisReport;
@@ -66,18 +68,18 @@ impl Step for BoneAxis {
         })
     }
 
-    /// Records nothing, because the conversion that this step calls records the change.
+    /// Does nothing, because the conversion that this step calls has already recorded the step.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }
 
-/// What a step changed: [`BoneAxis`] has an example.
+/// The report of a step: [`BoneAxis`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BoneAxisReport {
-    /// The axis along the bones.
+    /// The axis that now points along the bones.
     pub axis: AlongBone,
-    /// The largest rotation of a frame, in degrees.
+    /// The largest rotation of a joint's coordinate frame, in degrees.
     pub largest_rotation: f32,
 }
 
@@ -90,7 +92,7 @@ impl fmt::Display for BoneAxisReport {
         let by = degrees(self.largest_rotation);
         write!(
             f,
-            "{axis} of every joint points along its bone; frames are rotated by {by} at most, and nothing moves"
+            "{axis} of every joint points along its bone; joint axes are rotated by {by} at most, and no joint moves"
         )
     }
 }

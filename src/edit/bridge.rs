@@ -4,14 +4,14 @@ use glam::Vec3;
 use mocap_scene::math::quaternion::{exp, log};
 use mocap_scene::pose::Trs;
 
-/// Sets the frames from `first` to `last` by cubic Hermite interpolation. Two frames on each side give the position and
-/// the speed at that end.
+/// Sets the frames from `first` to `last` by cubic Hermite interpolation. The two frames before the gap give the
+/// position and the speed at its start. The two frames after the gap give the position and the speed at its end.
 pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     let (before, after) = (first - 1, last + 1);
     let (from, to) = (track[before], track[after]);
     let steps = (after - before) as f32;
-    // Rotations are interpolated in the tangent space at the frame before the gap. A side with only one frame gives no
-    // speed, so the mean speed over the gap is used there.
+    // Rotations are interpolated in the tangent space at the frame before the gap. If only one frame is before or after
+    // the gap, it gives no speed. The mean speed over the gap then replaces it.
     let whole = log(from.rotation.inverse() * to.rotation);
     let turn_in = before.checked_sub(1).map_or(whole / steps, |earlier| {
         log(track[earlier].rotation.inverse() * from.rotation)
@@ -39,8 +39,8 @@ pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     }
 }
 
-/// The cubic Hermite curve from 0 to `whole` over `steps` frames. `start` and `end` are the changes per frame at its
-/// two ends; `t` runs from 0 to 1.
+/// The value at `t` of the cubic Hermite curve from 0 to `whole` over `steps` frames. `t` is 0 at the start of the
+/// curve and 1 at its end. `start` and `end` are the changes per frame there.
 fn cubic(whole: Vec3, start: Vec3, end: Vec3, steps: f32, t: f32) -> Vec3 {
     let (t2, t3) = (t * t, t * t * t);
     whole * (3.0 * t2 - 2.0 * t3) + (start * (t3 - 2.0 * t2 + t) + end * (t3 - t2)) * steps

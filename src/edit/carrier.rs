@@ -1,4 +1,5 @@
-//! The place and facing of a figure on the ground, and rigid motions over the ground.
+//! The position and the heading of a figure on the ground. Also rigid motions that move the whole figure over the
+//! ground.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_figure::up;
@@ -10,7 +11,7 @@ use super::frames::Frames;
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {
-    /// The index of this node among the held nodes.
+    /// The index of this node in [`Frames::nodes`].
     pub(super) column: usize,
     /// The transform from the node's parent to the world. It is constant, because nothing above the node moves.
     parent: Mat4,
@@ -46,8 +47,8 @@ impl Carrier {
         }
     }
 
-    /// Gives the nodes above the figure in a second motion the transforms that they have in the first motion. The
-    /// figure does not move in the world.
+    /// Gives the nodes above the figure in the motion `second` the transforms that these nodes have in the motion
+    /// `first`. The transform of the figure is adapted, so that the figure stays where it is in the world.
     pub(super) fn share_parents(&self, scene: &Scene, first: &Frames, second: &mut Frames) {
         let Some(&node) = second.nodes().get(self.column) else {
             return;
@@ -79,18 +80,19 @@ impl Carrier {
         )
     }
 
-    /// The position of the figure in a row, in the world.
+    /// The position of the figure in the world. `row` has the transforms of one frame.
     pub(super) fn position(&self, row: &[Trs]) -> Vec3 {
         self.pose(row).0
     }
 
-    /// The rotation about the up axis from the facing direction in pose `from` to the facing direction in pose `to`.
+    /// The rotation about the up axis from the heading in the frame `from` to the heading in the frame `to`. Each frame
+    /// is a row of transforms.
     pub(super) fn turn(&self, from: &[Trs], to: &[Trs]) -> Quat {
         twist(self.pose(to).1 * self.pose(from).1.inverse(), self.up)
     }
 
-    /// The rigid motion over the ground that moves the figure of `from` to the place and the facing of the figure of
-    /// `to`.
+    /// The rigid motion over the ground that gives the figure of the frame `from` the position and the heading of the
+    /// figure of the frame `to`.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
         let rotation = self.turn(from, to);
         let (from, to) = (self.position(from), self.position(to));
@@ -101,7 +103,7 @@ impl Carrier {
         }
     }
 
-    /// Moves the figure of a row.
+    /// Moves the figure in one frame by a rigid motion. `row` has the transforms of this frame.
     pub(super) fn apply(&self, placement: &Placement, row: &mut [Trs]) {
         let (position, rotation) = self.pose(row);
         let position = placement.to + placement.rotation * (position - placement.from);
@@ -128,8 +130,8 @@ fn parent_at(scene: &Scene, frames: &Frames, node: NodeId, frame: usize) -> Mat4
     })
 }
 
-/// Moves all nodes of `frames` by a motion in the world, in every frame. Returns the topmost moved nodes, which carry
-/// the others.
+/// Moves all nodes of `frames` in every frame by `motion`, a rigid motion of the world. Returns the nodes whose
+/// transforms changed: the topmost nodes, which carry all other nodes.
 pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<NodeId> {
     let rest = Pose::rest(scene);
     let held = frames.nodes().to_vec();
@@ -172,8 +174,8 @@ impl Placement {
         }
     }
 
-    /// A fraction of the motion along an arc. Seen from the moved figure, the speed over the ground and the speed of
-    /// rotation are constant.
+    /// A fraction of this motion, from 0 to 1. The path to the full motion is an arc. For a figure on this arc, the
+    /// speed over the ground and the speed of rotation are constant.
     pub(super) fn part(&self, fraction: f32) -> Self {
         let rotation = self.rotation * self.rotation.w.signum();
         let (axis, angle) = rotation.to_axis_angle();

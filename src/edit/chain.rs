@@ -1,4 +1,5 @@
-//! The chain of joints that is moved to a target: a limb of a humanoid, or a chain of any skeleton.
+//! The chain of joints that a step moves to a target. It is a limb of a humanoid, or a chain that the user names by its
+//! first joint.
 
 use std::collections::BTreeMap;
 use std::iter::successors;
@@ -18,17 +19,19 @@ use super::target::{ReachTarget, TargetJoint, is_below, node_named};
 
 /// The joints that rotate, and the tip that moves to the target.
 pub(super) struct Chain {
-    /// The joints from the top of the chain down. In a chain that is no limb, the last joint is the tip.
+    /// The joints that rotate, the topmost first. In a chain that is no limb, the last joint is the tip, which does not
+    /// rotate.
     pub(super) joints: Vec<NodeId>,
     pub(super) tip: NodeId,
     pub(super) metres_per_unit: f64,
-    /// The limb of a humanoid, which bends at its hinge; `None` for a chain of any skeleton.
+    /// The limb of a humanoid, which bends at its elbow or knee. `None` if the user named the chain by its first joint.
     pub(super) limb: Option<LimbChain>,
     bones: BTreeMap<HumanoidBone, NodeId>,
 }
 
 impl Chain {
-    /// The chain from the joint `start` to `tip`. Without `start`, the chain is the limb.
+    /// The chain from the joint `start` to the joint `tip`. Without `start`, the chain is `limb`, and `tip` is a joint
+    /// at its end.
     pub(super) fn new(
         scene: &Scene,
         input: &StepInput<'_>,
@@ -38,7 +41,8 @@ impl Chain {
         let Some(start) = start else {
             let body = body_of(scene, input.bones()).map_err(|error| {
                 let mut diagnostic = error.diagnostic().clone();
-                let help = "`start=JOINT` brings a chain of any skeleton to a target, from this joint to its tip";
+                let help =
+                    "without a humanoid, `start=JOINT` names the first joint of the chain that moves to the target";
                 diagnostic.help.get_or_insert_with(|| help.to_owned());
                 diagnostic
             })?;
@@ -52,7 +56,9 @@ impl Chain {
             });
         };
         if limb != Limb::default() {
-            return refused("start names a chain of any skeleton, and limb a limb of a humanoid: give one of the two");
+            return refused(
+                "start names a chain of joints, and limb names a limb of a humanoid: give only one of them",
+            );
         }
         let figure = any_figure_of(scene, input);
         let bones = figure.humanoid.bones.iter().map(|(bone, found)| (*bone, found.joint));
@@ -85,15 +91,15 @@ impl Chain {
         target.find(scene, bone, self.metres_per_unit, &self.joints[..1])
     }
 
-    /// Takes the hinge of a limb from the axis about which the limb bends in the motion.
+    /// Sets the hinge axis of a limb to the mean axis about which the limb bends in `frames`.
     pub(super) fn see_hinge(&mut self, scene: &Scene, frames: &Frames) {
         if let Some(limb) = &mut self.limb {
             limb.see_hinge(scene, frames);
         }
     }
 
-    /// A ball around all goals that the tip can reach in a pose: its centre and radius. The chain may be unable to
-    /// reach the centre.
+    /// The centre and the radius of a ball that contains all points that the tip can reach in a pose. The tip may be
+    /// unable to reach points near the centre.
     pub(super) fn reach(&self, pose: &Pose) -> (Vec3, f32) {
         match &self.limb {
             Some(limb) => limb.reach(pose),
@@ -105,7 +111,8 @@ impl Chain {
         }
     }
 
-    /// Rotates the joints of a chain of any skeleton so that its tip comes to `goal`. Returns the remaining distance.
+    /// Rotates the joints of a chain that is no limb, so that its tip comes to `goal`. Returns the remaining distance,
+    /// in units of the scene.
     pub(super) fn bend(&self, pose: &mut Pose, goal: Vec3) -> f32 {
         /// The distance from the goal at which the solver stops, in metres.
         const TOLERANCE: f64 = 1e-5;
@@ -114,7 +121,7 @@ impl Chain {
     }
 }
 
-/// The end effector below a joint, if there is exactly one.
+/// The end effector below the joint `start`. Fails unless exactly one end effector is below.
 fn only_end(scene: &Scene, start: NodeId) -> Result<NodeId> {
     let last = and_below(scene, start).last().unwrap_or(start);
     let ends: Vec<NodeId> = scene
@@ -132,7 +139,7 @@ fn only_end(scene: &Scene, start: NodeId) -> Result<NodeId> {
             let some = ends.iter().take(5).map(name).collect::<Vec<_>>().join(", ");
             let count = ends.len();
             refused(format!(
-                "{count} chains begin at {}: name the tip of one, such as {some}",
+                "{count} chains begin at {}: name the tip of the chain to move, such as {some}",
                 name(&start)
             ))
         }

@@ -20,11 +20,12 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
-    /// first, so that two parts of a cut motion are restored. The scene gets the warning [`Code::PosesApart`] if the
-    /// poses at the seam differ by more than 45 degrees or 30 cm, or the speeds by more than 1 m/s. `within` searches
-    /// for the most similar pair of an end frame and a start frame near the seam. The measure is the distance of
-    /// [motion graphs](crate::graph), over windows of a third of a second.
+    /// Appends a second motion, which has the same joints. At the seam, the last frame of the first motion and the
+    /// first frame of the second motion become one frame. So `concat` restores a motion that was cut in two. The scene
+    /// gets the warning [`Code::PosesApart`] if the poses at the seam differ by more than 45 degrees or 30 cm, or the
+    /// speeds by more than 1 m/s. With `within`, the step joins the two most similar frames near the end of the first
+    /// motion and near the start of the second motion. To compare two frames, it uses the distance of [motion
+    /// graphs](crate::graph), over a third of a second around each frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -38,25 +39,25 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where the joints differ, the blend is not finite, or `within` is not from 0 to 10 s;
-    /// [`Code::NoMotion`] without one of the animations.
+    /// [`Code::InvalidValue`] if the joints differ, the blend is not finite, or `within` is not from 0 to 10 s;
+    /// [`Code::NoMotion`] if one of the animations is missing.
     Concat {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, ValueKind::Input;
-        /// Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
+        /// Seconds after the seam during which the difference between the two poses fades out. Default: 0.3.
         blend: f64 = 0.3, ValueKind::Seconds;
-        /// Whether the second motion begins at the position and heading at which the first motion ends. Default:
-        /// `true`.
+        /// Whether to move and turn the second motion so that it begins at the position and heading at which the first
+        /// motion ends. Default: `true`.
         align: bool = true, ValueKind::Flag;
-        /// Seconds at the end of the first and at the beginning of the second motion in which the most similar frames
-        /// are joined. Default: 0, which keeps both motions completely.
+        /// The step searches this many seconds at the end of the first motion and at the beginning of the second motion
+        /// for the two most similar frames. Default: 0, which keeps both motions completely.
         within: f64 = 0.0, ValueKind::Seconds;
     }
 }
 
 impl Step for Concat {
     const NAME: &'static str = "concat";
-    const HELP: &'static str = "append the next IN, or another";
+    const HELP: &'static str = "append the next input, or the input number N";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_OTHER: bool = true;
     type Report = ConcatReport;
@@ -70,24 +71,26 @@ impl Step for Concat {
     }
 }
 
-/// What [`Concat`] did.
+/// The report of [`Concat`].
 ///
 /// [`Concat`](crate::Concat) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ConcatReport {
-    /// The frame of the seam.
+    /// The frame of the result at which the two motions join.
     pub seam: usize,
     /// The number of frames after the step.
     pub frames: usize,
-    /// The largest difference of a rotation at the seam that was faded out, in degrees.
+    /// The largest difference between the rotations of a joint in both motions at the seam, in degrees. The step fades
+    /// it out.
     pub largest_rotation: f32,
-    /// The displacement of the second motion over the ground, in metres.
+    /// The distance by which the step moved the second motion over the ground, in metres.
     pub moved: f32,
-    /// The seconds that were dropped from the end of the first motion and from the beginning of the second.
+    /// The seconds that the step dropped from the end of the first motion and from the beginning of the second motion.
     pub left_out: [f64; 2],
-    /// The mean distance of the joints of both motions at the seam, in metres. `None` if the seam was not searched.
+    /// The mean distance in metres between the joints of the first motion and the joints of the second motion, at the
+    /// seam. `None` if the option `within` is 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<f32>,
 }
@@ -96,7 +99,7 @@ impl fmt::Display for ConcatReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, seam at frame {}; rotations changed by {} at most after it; the second motion was moved by {}",
+            "{} frames, seam at frame {}; rotations changed by {} at most after the seam; the second motion was moved by {}",
             self.frames,
             self.seam,
             degrees(self.largest_rotation),
@@ -155,7 +158,7 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     }
     let warning = fit.warning(
         Concat::NAME,
-        "search for similar frames with within=0.5 or longer, or cut either motion with the step trim",
+        "search for similar frames with within=0.5 or a larger value, or cut one of the motions with the step trim",
     );
     let seam = Seam::new([&rows[last], &onward(before)], [&added[0], next]);
     report.largest_rotation = seam.largest_rotation();

@@ -1,4 +1,4 @@
-//! Which feet and hands are at rest, frame by frame.
+//! Finds the frames in which a foot or a hand is at rest.
 
 use glam::Vec3;
 use mocap_figure::contacts::{ContactRule, points_of_feet};
@@ -15,10 +15,11 @@ use serde::{Deserialize, Serialize};
 use super::body::figure_of;
 use super::frames::{Frames, tracks};
 
-/// When a foot or a hand is at rest.
+/// Thresholds that decide when a foot or a hand is at rest.
 ///
-/// A point is at rest from when it is low and slow until its height or speed exceeds `release` times the limit. Heights
-/// are relative to the point's own resting level, because an ankle rests higher above the floor than a toe.
+/// A point comes to rest when its height is at most `height` and its speed at most `speed`. It stays at rest until its
+/// height or its speed is above `release` times this limit. Heights are relative to the point's own resting level,
+/// because an ankle rests higher above the floor than a toe.
 ///
 /// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,17 +27,18 @@ use super::frames::{Frames, tracks};
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ContactOptions {
-    /// The largest height above the level of rest, in metres. Default: 0.05.
+    /// The largest height of a point above its resting level, in metres. Default: 0.05.
     pub height: f64,
-    /// The largest speed in any direction, in metres per second. Default: 0.25.
+    /// The largest speed of a point, in metres per second. Default: 0.25.
     pub speed: f64,
-    /// The factor of height or speed at which a point at rest leaves the contact. Default: 1.6.
+    /// A contact ends when the height or the speed of the point is above this factor times `height` or `speed`.
+    /// Default: 1.6.
     pub release: f64,
-    /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
+    /// The shortest contact, in seconds. Shorter contacts are ignored. Default: 0.08.
     pub shortest: f64,
-    /// The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
+    /// The shortest gap between two contacts, in seconds. If a gap is shorter, both contacts become one. Default: 0.05.
     pub gap: f64,
-    /// Whether hands are examined too. Default: `false`.
+    /// Whether hands are also examined. Default: `false`.
     pub hands: bool,
 }
 
@@ -97,19 +99,20 @@ impl ContactOptions {
     }
 }
 
-/// A point of a foot or a hand, and when it is at rest.
+/// A point of a foot or a hand, and the frames in which the point is at rest.
 ///
 /// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ContactPoint {
-    /// The bone: a foot for the ankle and the heel, toes for the ball, or a hand.
+    /// The bone of the point: a foot (its point is the ankle), the toes (their point is the ball of the foot), or a
+    /// hand.
     pub bone: HumanoidBone,
-    /// The node that was examined. For toes without a joint it is the first node below the ankle.
+    /// The node whose position is the point. If the toes have no joint, it is the first node below the ankle.
     pub node: NodeId,
-    /// Its name.
+    /// The name of the node.
     pub name: String,
-    /// The height of the point above the floor at rest, in metres.
+    /// The resting level: the height of the point above the floor when it rests, in metres.
     pub height: f32,
     /// For each frame, whether the point is at rest.
     pub at_rest: Vec<bool>,
@@ -147,7 +150,7 @@ pub struct DetectedContacts {
     pub frames: usize,
     /// The height of the floor along the up axis, in metres.
     pub floor: f32,
-    /// The points, left before right.
+    /// The points: of the ankles, the balls of the feet and the hands. The left point is before the right point.
     pub points: Vec<ContactPoint>,
 }
 
@@ -159,8 +162,8 @@ impl DetectedContacts {
 }
 
 impl ContactOptions {
-    /// Finds the frames in which feet are at rest, and hands too if [`hands`](Self::hands) is set. Pass the bones as
-    /// `humanoid` if you know them; otherwise they are found.
+    /// Finds the frames in which the feet are at rest. If [`hands`](Self::hands) is `true`, also finds those of the
+    /// hands. Pass the bones as `humanoid` if you know them; otherwise mocap finds them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -186,14 +189,14 @@ impl ContactOptions {
     }
 }
 
-/// The contacts of an animation of `scene` whose figure is known, by the rule of all commands.
+/// The contacts of an animation of `scene` whose figure is known, with the default thresholds.
 #[doc(hidden)]
 pub fn contacts_of(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<DetectedContacts> {
     let frames = Frames::of(scene, animation, &[])?;
     Ok(detect(scene, &frames, figure, &ContactOptions::default()))
 }
 
-/// The contacts of sampled frames.
+/// Finds the contacts in `frames`.
 pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &ContactOptions) -> DetectedContacts {
     let mut pairs: Vec<_> = points_of_feet(scene, &figure.humanoid).into();
     if options.hands {
@@ -218,8 +221,8 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
     let lowest = ground.map_or(0.0, |ground| ground.joints());
     let mut points = Vec::new();
     for (index, pair) in pairs.into_iter().enumerate() {
-        // Both feet rest on one floor, with one height for each kind of point. A hand rests at the height of its lowest
-        // joints.
+        // Both feet rest on one floor, so the left and the right point of a kind (ankles, balls) have one resting
+        // level. A hand rests at the level of the lowest joints of the feet.
         let rest = match index {
             2.. => lowest,
             kind => levels[kind].unwrap_or(lowest),
@@ -264,15 +267,16 @@ fn rests(track: &[Vec3], above_rest: &[f32], rate: f64, figure: &Figure, options
 pub struct LiveContacts {
     figure: Figure,
     rate: f64,
-    /// The number of frames that are kept.
+    /// The number of past frames that are kept.
     most: usize,
-    /// The points, grouped by kind (ankles, balls), because both sides rest at one height. Each has its side and its
-    /// past positions.
+    /// The points, one list for each kind (ankles, balls), because both points of a kind rest at one height. Each point
+    /// has its side, its node, and its past positions.
     pairs: Vec<Vec<(Side, NodeId, Vec<Vec3>)>>,
 }
 
 impl LiveContacts {
-    /// For a figure with `rate` poses per second. The last `seconds` seconds show the height of the floor.
+    /// Creates the state for a figure with `rate` poses per second. The height of the floor comes from the last
+    /// `seconds` seconds.
     #[doc(hidden)]
     pub fn new(scene: &Scene, figure: Figure, rate: f64, seconds: f64) -> Self {
         let pairs = points_of_feet(scene, &figure.humanoid).into_iter().map(|pair| {

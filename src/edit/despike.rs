@@ -1,4 +1,4 @@
-//! Removes spikes: single frames that jump away from the motion.
+//! Removes spikes: runs of a few frames that jump away from the motion.
 
 use std::fmt;
 
@@ -17,14 +17,14 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Replaces spikes, which are rotations and positions that leave the motion for a few frames and come back. The
-    /// frames before and after are interpolated.
+    /// Replaces spikes. A spike is a rotation or a position that jumps away for a few frames and comes back. The new
+    /// values are interpolated between the frames before and after the spike.
     ///
-    /// Hampel's identifier finds them. The distance of a value from the middle of the two values `n` frames before and
-    /// after it is above `threshold` times the median distance of the values around. `n` goes up to the longest spike.
-    /// Longer runs, between two jumps that undo each other, are turned back. An example is a bone that is rolled for
-    /// some frames. A turn of a bone about itself in one frame, which stays, is spread over 0.4 s, and joints below
-    /// keep their positions.
+    /// Hampel's identifier finds spikes. It measures the distance of each value from the middle of the two values `n`
+    /// frames before and after, for each `n` up to the longest spike. In a spike, this distance is above `threshold`
+    /// times the median of these distances in the frames around. If a bone jumps, keeps its new rotation for longer,
+    /// and jumps back, the step rotates these frames back. If a bone suddenly rolls and does not roll back, the step
+    /// spreads the roll over 0.4 s, and the joints below keep their positions.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -37,16 +37,16 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a number that is not finite or is
-    /// negative; [`Code::LimitExceeded`] for a spike that is too long to look for in a long motion.
+    /// - [`Code::NoMotion`] if the scene lacks the animation
+    /// - [`Code::InvalidValue`] for a number that is not finite or is negative
+    /// - [`Code::LimitExceeded`] for a spike that is too long to look for in a long motion
     Despike {
-        /// The least distance of a spike from its neighbours, as a multiple of the distances in the frames around it.
-        /// Default: 8.
+        /// The smallest distance of a spike from the frames before and after it, as a multiple of the median of such
+        /// distances in the frames around. Default: 8.
         threshold: f64 = 8.0, ValueKind::Factor;
         /// The smallest jump of a rotation, in degrees. Default: 3.
         angle: f64 = 3.0, ValueKind::Degrees;
-        /// The smallest jump of a position, as a fraction of the distance between the ends of the skeleton. Default:
-        /// 0.02.
+        /// The smallest jump of a position, as a fraction of the total length of all bones. Default: 0.02.
         distance: f64 = 0.02, ValueKind::Fraction;
         /// The longest spike, in frames. Default: 3.
         longest: usize = 3, ValueKind::Count;
@@ -64,14 +64,14 @@ impl Step for Despike {
     }
 }
 
-/// What [`Despike`] changed.
+/// The report of [`Despike`].
 ///
 /// [`Despike`](crate::Despike) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DespikeReport {
-    /// The number of values that were replaced: rotations and positions of joints in frames.
+    /// The number of values that the step replaced. A value is the rotation or the position of one joint in one frame.
     pub replaced: usize,
     /// The frames with replaced values, in order.
     pub frames: Vec<usize>,
@@ -94,7 +94,7 @@ impl fmt::Display for DespikeReport {
     }
 }
 
-/// Frames on either side that show how much a track usually changes.
+/// The number of frames on either side of a frame that show how much a track usually changes.
 const AROUND: usize = 15;
 
 fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<DespikeReport> {
@@ -102,7 +102,7 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     not_negative(Code::InvalidValue, "angle", options.angle)?;
     not_negative(Code::InvalidValue, "distance", options.distance)?;
     let mut frames = Frames::new(scene, animation, &[])?;
-    // For each length of a spike, the frames within this length are compared, so the work grows with its square.
+    // The work grows with the square of the longest spike, so the square is limited.
     frames.filter_radius(options.longest.min(frames.len()).saturating_pow(2))?;
     let before = frames.clone();
     let flipped = flips::mend_all(scene, &mut frames, false);
@@ -181,7 +181,8 @@ fn spikes(
             let from = frame.saturating_sub(AROUND);
             let mut around = offs[from..(frame + AROUND + 1).min(offs.len())].to_vec();
             let usual = median(&mut around).unwrap_or(0.0);
-            // A frame next to a spike is off by half as much, so only the highest value counts.
+            // The frame next to a spike also has a distance, which is about half as large. So only the highest distance
+            // counts.
             let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
             let is_peak = offs[frame] >= 0.75 * highest;
             // A spike comes back: the values before and after are nearer to each other than to the spike.
@@ -192,7 +193,8 @@ fn spikes(
     found
 }
 
-/// Interpolates every run of marked frames between its neighbours.
+/// Replaces every run of marked frames by values that are interpolated between the frame before and the frame after the
+/// run.
 fn bridge(track: &mut [Trs], marked: &[bool], mut set: impl FnMut(&mut Trs, Trs, Trs, f32)) {
     let mut frame = 1;
     while frame + 1 < track.len() {

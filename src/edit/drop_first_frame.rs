@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Drops the first frame if it is a rest pose, as in some files.
+    /// Drops the first frame if it is a rest pose. Some programs write the rest pose as the first frame.
     ///
     /// [`FirstFrame::DropRestPose`] does the same.
     ///
@@ -26,7 +26,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation.
     DropFirstFrame {
         /// Whether to drop the first frame even if it is not a rest pose. Default: `false`.
         always: bool = false, ValueKind::Flag;
@@ -35,7 +35,7 @@ step! {
 
 impl Step for DropFirstFrame {
     const NAME: &'static str = "drop-first-frame";
-    const HELP: &'static str = "drop the first frame where it is a rest pose, or always";
+    const HELP: &'static str = "drop the first frame if it is a rest pose, or always";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = FramesReport;
 
@@ -47,6 +47,6 @@ impl Step for DropFirstFrame {
         converted(scene, input, Conversion::new().first_frame(first))
     }
 
-    /// Records nothing, because the conversion records the change so that `verify` can undo it.
+    /// Does nothing, because the conversion has already recorded the step, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

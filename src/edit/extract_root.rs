@@ -9,7 +9,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Moves the motion of the root over the ground to a new joint above it.
+    /// Takes the horizontal motion away from the root and gives it to a new joint, which becomes the parent of the
+    /// root.
     ///
     /// [`RootMotion::Extract`] does the same.
     ///
@@ -24,13 +25,13 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation.
     ExtractRoot {}
 }
 
 impl Step for ExtractRoot {
     const NAME: &'static str = "root-motion";
-    const HELP: &'static str = "move the motion of the root over the ground to a joint of its own";
+    const HELP: &'static str = "give the horizontal motion of the root to a new parent joint";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = FramesReport;
 
@@ -38,6 +39,6 @@ impl Step for ExtractRoot {
         converted(scene, input, Conversion::new().root(RootMotion::Extract))
     }
 
-    /// Records nothing, because the conversion records the change so that `verify` can undo it.
+    /// Does nothing, because the conversion has already recorded the step, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

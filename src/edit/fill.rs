@@ -1,4 +1,4 @@
-//! Fills gaps in which a motion was held.
+//! Fills gaps of a motion: frames that repeat the frame before, and frames without a marker.
 
 use std::fmt;
 
@@ -15,9 +15,10 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Fills gaps: frames in which every joint exactly repeats the frame before, as programs write them for unseen
-    /// markers. A cubic curve with the speeds before and after the gap continues the motion. For markers and other
-    /// points without a skeleton, a gap is the frames in which a point was not seen.
+    /// Fills gaps. A gap is a run of frames in which every joint exactly repeats the frame before. Capture programs
+    /// write such frames while the cameras do not see the markers. The step replaces the gap by a cubic curve, which
+    /// has the speeds of the motion before and after the gap. For markers and other points without a skeleton, a gap is
+    /// a run of frames in which the cameras did not see the point.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -30,18 +31,19 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a time that is not finite, or is negative.
+    /// [`Code::NoMotion`] if the scene lacks the animation; [`Code::InvalidValue`] for a time that is not finite, or is
+    /// negative.
     Fill {
-        /// The longest gap to fill, in seconds. A longer hold may be intended. Default: 0.5.
+        /// The longest gap to fill, in seconds. In a longer gap, the figure may be still on purpose. Default: 0.5.
         longest: f64 = 0.5, ValueKind::Seconds;
-        /// The shortest gap to fill, in seconds. Default: 0, two equal frames.
+        /// The shortest gap to fill, in seconds. Default: 0, which also fills a single repeated frame.
         shortest: f64 = 0.0, ValueKind::Seconds;
     }
 }
 
 impl Step for Fill {
     const NAME: &'static str = "fill";
-    const HELP: &'static str = "fill gaps in which the motion was held";
+    const HELP: &'static str = "fill gaps: frames in which a pose is held or a point is missing";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = FillReport;
 
@@ -50,7 +52,7 @@ impl Step for Fill {
     }
 }
 
-/// What [`Fill`] changed.
+/// The report of [`Fill`].
 ///
 /// [`Fill`](crate::Fill) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -59,15 +61,17 @@ impl Step for Fill {
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.
     pub gaps: Vec<[usize; 2]>,
-    /// The gaps that are longer than the options allow, in the same form. They are not filled.
+    /// The gaps that the step did not fill, because they are longer than the option `longest`. Each gap is its first
+    /// and its last frame.
     pub longer: Vec<[usize; 2]>,
-    /// The filled gaps of each marker, or other point without a skeleton.
+    /// For a scene of markers, or of other points without a skeleton: the points with filled gaps.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filled_points: Vec<PointGaps>,
-    /// The unfilled gaps of each such point. They are longer than the options allow, or at the beginning or the end.
+    /// The points with gaps that the step did not fill. Such a gap is longer than the option `longest`, or it is at the
+    /// beginning or the end of the motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unfilled_points: Vec<PointGaps>,
-    /// The largest change of a rotation to its parent, in degrees.
+    /// The largest change of a joint's rotation relative to its parent, in degrees.
     pub largest_rotation: f32,
 }
 
@@ -77,7 +81,7 @@ pub struct FillReport {
 pub struct PointGaps {
     /// The name of the point.
     pub name: String,
-    /// Its gaps.
+    /// The gaps of the point.
     pub gaps: Vec<[usize; 2]>,
 }
 
@@ -120,7 +124,7 @@ impl fmt::Display for FillReport {
         }
         write!(
             f,
-            "{} gaps filled, {} longer ones left; rotations changed by {} at most",
+            "{} gaps filled, {} longer gaps not filled; rotations changed by {} at most",
             self.gaps.len(),
             self.longer.len(),
             degrees(self.largest_rotation),
@@ -150,7 +154,8 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
         let end = (start + 1..held.len())
             .find(|frame| !held[*frame])
             .unwrap_or(held.len());
-        // The frames after `start` hold its value. A motion may begin or end with a still pose, which is no gap.
+        // The frames after `start`, up to `end`, repeat the frame `start`. A motion may begin or end with a still pose,
+        // which is no gap.
         let seconds = (end - start - 1) as f64 / frames.rate;
         if end > start + 1 && start > 0 && end < held.len() && seconds >= options.shortest {
             match seconds <= options.longest {
@@ -188,7 +193,7 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
     Ok(report)
 }
 
-/// Fills the gaps of points between two frames in which the point is seen.
+/// Fills the gaps of points that have no skeleton. A gap is filled only if the point is seen before and after it.
 fn fill_points(scene: &Scene, frames: &mut Frames, options: &Fill, report: &mut FillReport) {
     for (column, node) in frames.nodes().to_vec().into_iter().enumerate() {
         let name = &scene.nodes[node.index()].name;

@@ -1,4 +1,5 @@
-//! Whether two motions fit at their seam: the differences of their poses and their speeds.
+//! Measures how well two motions fit together where they meet: the differences between their poses and between their
+//! speeds.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic};
@@ -9,11 +10,11 @@ use mocap_scene::scene::{NodeKind, Scene};
 use super::carrier::Carrier;
 use super::frames::Frames;
 
-/// The largest rotation between two joints that still fit, in degrees. Above this value, closing the difference is
-/// visible as a movement.
+/// The largest difference between the rotations of a joint in two poses that still fit, in degrees. A viewer sees a
+/// larger difference as a movement when the step fades it out.
 const FAR_ROTATION: f32 = 45.0;
 
-/// The largest distance between two joints that still fit, in metres.
+/// The largest distance between the positions of a joint in two poses that still fit, in metres.
 const FAR_POSITION: f32 = 0.3;
 
 /// The largest difference of speed that still fits, in m/s. A walk that stops abruptly has this difference.
@@ -47,7 +48,7 @@ pub(super) struct Fit<'a> {
 }
 
 impl<'a> Fit<'a> {
-    /// For motions with the nodes of `frames`.
+    /// Starts without a difference. The compared motions have the nodes of `frames`.
     pub(super) fn new(scene: &'a Scene, frames: &'a Frames<'a>, metres_per_unit: f32) -> Self {
         Self {
             scene,
@@ -60,7 +61,8 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Compares the rotations of two corresponding rows, relative to the parents. `frame` is a frame of the result.
+    /// Compares the rotations in two poses, relative to the parents. `frame` is the frame of the result that a warning
+    /// names.
     pub(super) fn see_rotations(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
         for ((node, a), b) in self.frames.nodes().iter().zip(row).zip(other) {
             let by = log(a.rotation.inverse() * b.rotation).length().to_degrees();
@@ -68,7 +70,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Compares the positions of the joints in two rows.
+    /// Compares the positions of the joints in two poses.
     pub(super) fn see_positions(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
         let [a, b] = [self.positions(row, 0), self.positions(other, 1)];
         for (joint, (a, b)) in a.into_iter().zip(b).enumerate() {
@@ -76,7 +78,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Compares two rows. Their figures are first moved to the same place and facing.
+    /// Compares the rotations and the positions in two poses, after both figures have the same position and heading.
     pub(super) fn see_poses(&mut self, carrier: &Carrier, row: &[Trs], other: &[Trs], frame: usize) {
         let mut beside = other.to_vec();
         carrier.apply(&carrier.placement(other, row), &mut beside);

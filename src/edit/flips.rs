@@ -1,10 +1,11 @@
-//! Finds flips, where the rotation of a joint jumps away from the motion and back, and repairs them. Both `despike` and
-//! `clean` use this detector.
+//! Finds and repairs flips. In a flip, the rotation of a joint jumps away from the motion, and later jumps back. Both
+//! `despike` and `clean` use this code.
 //!
-//! A jump is a step between two frames that is far larger than the steps around. Two jumps that undo each other bound a
-//! run of frames. If the whole run is off by one rotation, such as a bone rolled by 180 degrees, the run is rotated
-//! back and keeps its own motion. Any other short run is interpolated between its neighbours. If a jump is not undone
-//! and is a rotation about the bone, [`twist`] spreads it over several frames.
+//! A step is the rotation of a joint from one frame to the next. A jump is a step that is far larger than the steps
+//! around it. The frames between two jumps that undo each other are a run. If one rotation separates the whole run from
+//! the motion, such as a roll of 180 degrees, the run is rotated back. It then keeps its own motion. Any other short
+//! run is replaced by rotations that are interpolated between the frames before and after it. If no later jump undoes a
+//! jump, and the jump is a rotation about the bone, [`twist`] spreads it over several frames.
 
 use std::ops::Range;
 
@@ -16,32 +17,34 @@ use mocap_scene::scene::{NodeId, Scene};
 use super::frames::Frames;
 use super::twist;
 
-/// Frames on either side that show the usual size of a step.
+/// The number of frames on either side of a step that show the usual size of a step.
 const AROUND: usize = 15;
-/// The least ratio of a jump to the median of the steps around it.
+/// The smallest ratio of a jump to the median of the steps around it.
 const JUMP: f32 = 5.0;
-/// The largest ratio of the smaller neighbouring step to a jump. In a real movement it is larger, because speed builds
-/// up over several frames.
+/// The largest ratio of the smaller neighbouring step to a jump. In a real movement, this ratio is larger, because the
+/// speed grows over several frames.
 const BESIDE: f32 = 0.45;
 /// The smallest jump that is looked for, in degrees. Smaller jumps are spikes, which `despike` finds by its threshold.
 const LEAST: f32 = 35.0;
-/// The smallest rotation across unknown frames that may be a jump, in degrees. It is smaller, because exchanged limbs
-/// are alike.
+/// The smallest rotation that may be a jump between two frames with unknown frames between them, in degrees. It is
+/// below [`LEAST`]: if the unknown frames hide an exchange of left and right limbs, the jump is small, because both
+/// limbs have similar poses.
 const LEAST_OVER: f32 = 20.0;
 
-/// The longest run that is rotated back, in seconds. A longer run may be intended.
+/// The longest run that is rotated back, in seconds. In a longer run, the rotation may be intended.
 const LONGEST: f64 = 2.0;
 
 /// The longest run that is interpolated, in seconds, because interpolation loses the run's own motion.
 const LONGEST_REPLACED: f64 = 0.2;
-/// The largest number of frames in a run. It keeps the running time linear in the frames.
+/// The largest number of frames in a run. With this limit, the running time is proportional to the number of frames.
 const MOST_FRAMES: usize = 2000;
-/// The largest difference between the rotations at both ends of a run, as a fraction of the smaller jump.
+/// The largest difference between the jump into a run and the inverse of the jump out of it, as a fraction of the
+/// smaller jump.
 const AGREE: f32 = 0.4;
-/// The largest difference in degrees between a jump and half a turn about the bone that counts as half a turn.
+/// A jump counts as half a turn about the bone if the difference is at most this angle, in degrees.
 const HALF_TURN: f32 = 35.0;
 
-/// The speed of a joint that no animal reaches, in degrees per second. Joints of galloping dogs reach 2000.
+/// A speed of rotation that no joint of an animal reaches, in degrees per second. Joints of galloping dogs reach 2000.
 const FASTEST: f32 = 4500.0;
 
 /// The repairs in one track.
@@ -51,7 +54,7 @@ pub(super) struct FlipOutcome {
     pub(super) frames: Vec<bool>,
     /// The number of repaired runs.
     pub(super) runs: usize,
-    /// The number of spread steps.
+    /// The number of jumps that were spread over several frames.
     pub(super) spread: usize,
 }
 
@@ -64,16 +67,16 @@ impl FlipOutcome {
 
 /// The repair of a run.
 enum FlipRepair {
-    /// Rotations are multiplied on the right: the joint rotates in its own frame.
+    /// Rotations are multiplied on the right: the joint rotates in its own coordinate frame.
     Right(Quat),
-    /// Rotations are multiplied on the left: the joint rotates in the frame of its parent.
+    /// Rotations are multiplied on the left: the joint rotates in the coordinate frame of its parent.
     Left(Quat),
     /// Rotations are interpolated between the neighbours of the run.
     Replace,
 }
 
-/// Repairs the flips of all tracks. Returns the repairs in each. For an animal, steps that are too fast for a joint are
-/// spread over several frames.
+/// Repairs the flips of all joints. Returns the repairs of each joint. For an animal, also spreads steps faster than
+/// [`FASTEST`] over several frames.
 pub(super) fn mend_all(scene: &Scene, frames: &mut Frames, is_animal: bool) -> Vec<FlipOutcome> {
     let mut all = vec![FlipOutcome::default(); frames.nodes().len()];
     for column in 0..all.len() {
@@ -116,7 +119,8 @@ pub(super) fn mend_all(scene: &Scene, frames: &mut Frames, is_animal: bool) -> V
     all
 }
 
-/// Repairs the flips of a track. `bone` is the direction of the bone in the frame of its joint, if it has one.
+/// Repairs the flips in the rotations of one joint. `bone` is the direction of the bone in the coordinate frame of the
+/// joint.
 pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> FlipOutcome {
     let mut mended = FlipOutcome::default();
     let jumps = jumps(track);
@@ -140,7 +144,8 @@ pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> FlipOut
     mended
 }
 
-/// The direction of a joint's bone in the joint's frame: towards the first child at another position.
+/// The direction of a joint's bone in the joint's coordinate frame: towards the first child that is not at the position
+/// of the joint.
 fn bone(scene: &Scene, joint: NodeId) -> Option<Vec3> {
     let children = scene.nodes.iter().filter(|node| node.parent == Some(joint));
     children
@@ -153,17 +158,17 @@ pub(super) fn count(track: &[Quat]) -> usize {
     jumps(track).len()
 }
 
-/// The number of jumps of a track at which the track `before` has no step of nearly the same size. A step that was a
-/// little below [`LEAST`] before does not become a new jump.
+/// The number of new jumps in `track`. A jump is new unless `before`, the track before a change, has a step of nearly
+/// this size at the same frame. So a step that grows a little above [`LEAST`] is no new jump.
 pub(super) fn count_new(track: &[Quat], before: &[Quat]) -> usize {
-    /// The fraction of a step that is nearly as large.
+    /// The fraction of a jump above which an earlier step counts as nearly as large.
     const NEARLY: f32 = 0.8;
     let step = |track: &[Quat], to: usize| angle(track[to - 1], track[to]);
     let is_new = |to: &usize| to >= &before.len() || step(before, *to) < NEARLY * step(track, *to);
     jumps(track).iter().filter(|to| is_new(to)).count()
 }
 
-/// The frames to which a track jumps. Each is the first frame after a jump.
+/// The first frame after each jump of a track.
 fn jumps(track: &[Quat]) -> Vec<usize> {
     let least = LEAST.to_radians();
     // The cosine of half of the angle is a faster test, and most tracks have no jump.
@@ -187,7 +192,8 @@ fn jumps_of(steps: &[f32], least: f32) -> Vec<usize> {
         let from = step.saturating_sub(AROUND);
         let mut around = steps[from..(step + AROUND + 1).min(steps.len())].to_vec();
         let usual = median(&mut around).unwrap_or(0.0);
-        // A run of one frame has another jump on one side, so the smaller neighbour counts.
+        // If a run has only one frame, the next or the previous step is a jump, too. So the smaller of both
+        // neighbouring steps counts.
         let beside = |other: Option<usize>| other.and_then(|other| steps.get(other)).copied().unwrap_or(0.0);
         let smaller = beside(step.checked_sub(1)).min(beside(Some(step + 1)));
         here > JUMP * usual && smaller < BESIDE * here
@@ -221,7 +227,7 @@ pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize
     runs
 }
 
-/// Whether a jump, rather than a motion, separates two frames with unknown frames between them.
+/// Whether the rotation jumps between the frames `from` and `to`. The frames between them are unknown.
 pub(super) fn is_jump_over(track: &[Quat], from: usize, to: usize) -> bool {
     let turned = angle(track[from], track[to]);
     let around = from.saturating_sub(AROUND)..(to + AROUND).min(track.len() - 1);
@@ -234,7 +240,8 @@ fn angle(a: Quat, b: Quat) -> f32 {
     log(a.inverse() * b).length()
 }
 
-/// The repair of the frames from `first` to before `end`, if the track jumps back at `end`.
+/// The repair of the run from the frame `first` to the frame before `end`. `None` if the jumps at `first` and `end` do
+/// not undo each other.
 fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_replaced: usize) -> Option<FlipRepair> {
     let (before, into, out, after) = (track[first - 1], track[first], track[end - 1], track[end]);
     let smaller = angle(before, into).min(angle(out, after));
@@ -257,7 +264,7 @@ fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_rep
     (comes_back && end - first <= longest_replaced).then_some(FlipRepair::Replace)
 }
 
-/// Half a turn about the bone, if the rotation is near it.
+/// Half a turn about the bone, if `rotation` is nearly half a turn about the bone.
 fn half_turn(rotation: Quat, bone: Vec3) -> Option<Quat> {
     let turn = Quat::from_xyzw(bone.x, bone.y, bone.z, 0.0);
     (angle(rotation, turn) < HALF_TURN.to_radians()).then_some(turn)

@@ -1,9 +1,10 @@
-//! Estimates the floor: its height, its slope, and the drift of the whole body over a take.
+//! Estimates the height and the slope of the floor, and the drift of the whole body over a take.
 //!
-//! The estimate uses the points of the feet while they are slow. A plane is fitted to the low points, because a foot in
-//! the air is above the floor and nothing is below. The fit is iteratively reweighted least squares (Tukey's biweight)
-//! with a decreasing scale. The drift in height is the residual of these points over time. The drift over the ground is
-//! the speed of feet in stance.
+//! The estimate uses points of the feet (ankles and balls) in frames in which they are slow. A plane is fitted to the
+//! lowest of these points, because a foot may be above the floor but not below. The method is iteratively reweighted
+//! least squares (Tukey's biweight). Its scale, the distance from the plane within which a point counts, decreases from
+//! round to round. The drift in height is a curve over time, which is fitted together with the plane. The drift over
+//! the ground comes from the speed of feet in stance, which would be 0 without drift.
 
 mod drift;
 mod least_squares;
@@ -20,70 +21,70 @@ use self::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
 use crate::frames::tracks;
 
-/// The largest speed of a slow point in m/s. In a step, a foot is ten times as fast.
+/// The largest speed of a slow point in m/s. A foot in the air is ten times as fast.
 const SLOW: f64 = 0.35;
-/// The time over which this speed is measured, in seconds. Over this time, noise hardly adds speed.
+/// The time over which the speed of a point is measured, in seconds. Over a shorter time, noise would add speed.
 const OVER: f64 = 0.1;
 /// The largest height of a point in stance above the lowest tenth of its heights, in metres.
 const LOW: f64 = 0.04;
-/// The first and the last scale of the robust fit, in metres. The first includes all steps of a stair, the last the
-/// noise of feet in stance.
+/// The first and the last scale of the fit, in metres. The first scale includes all steps of a stair. The last scale
+/// includes only the noise of feet in stance.
 const SCALES: [f64; 2] = [0.25, 0.015];
 /// The number of rounds of the fit. Each round makes the scale a sixth smaller.
 const ROUNDS: usize = 16;
-/// The time between two knots of the drift, in seconds: two steps of a walk.
+/// The time between two knots of the curve of the drift, in seconds. A walk has about four steps in this time.
 const KNOT: f64 = 2.5;
 /// The largest number of knots. The time of the fit grows with its square.
 const KNOTS: usize = 100;
-/// The standard deviation of the height of a foot in stance, in metres. Soles and noise cause it.
+/// The standard deviation of the height of a foot in stance, in metres. Its causes are soft soles and noise.
 const OF_FOOT: f64 = 0.01;
 /// The time that counts as one observation, in seconds, because the noise of neighbouring frames is correlated.
 const ONE_OBSERVATION: f64 = 0.1;
-/// The standard deviation of the rise of the floor, in m/m. Cameras are tilted by about 3 degrees.
+/// The standard deviation of the slope of a floor before a measurement, in metres per metre. Typical cameras are tilted
+/// by about 3 degrees.
 const OF_RISE: f64 = 0.06;
-/// The standard deviation of the height difference between right and left foot, in metres. Marker placement differs by
-/// as much.
+/// The standard deviation of the height difference between the right and the left foot, in metres. The markers on both
+/// feet differ by about this height.
 const OF_SIDES: f64 = 0.008;
-/// The standard deviations in metres of the drift in height, and of its change of slope at a knot: the error of cameras
-/// in two steps.
+/// The standard deviations in metres of the drift in height, and of its change of slope at a knot. Both are typical
+/// errors of cameras.
 const OF_DRIFT: [f64; 2] = [0.015, 0.01];
-/// The least time in stance in seconds that gives evidence of a drift over the ground. In a shorter time the foot
-/// rolls.
+/// The shortest stance in seconds that shows a drift over the ground. In a shorter stance, the foot rolls.
 const STANDS: f64 = 0.8;
-/// The range of heights in metres at which `clean` leaves the floor. The centres of joints and markers may be this far
-/// below a floor at 0. Above it, a body may sit, lie, hover or stand on something.
+/// The range of floor heights in metres that `clean` does not change. The centres of joints and markers may be this far
+/// below a floor at 0. A body above the range may sit, lie, hover or stand on something.
 const KEPT_HEIGHTS: std::ops::Range<f64> = -0.06..0.3;
-/// The least slope that is removed, in degrees. It lifts a foot by 17 mm per metre, which is not visible.
+/// The smallest slope that is removed, in degrees. A smaller slope lifts a foot by less than 17 mm per metre, which is
+/// not visible.
 pub(super) const LEAST_SLOPE: f64 = 1.0;
 /// The largest slope that is removed, in degrees. A steeper floor is a hill.
 const LARGEST_SLOPE: f64 = 12.0;
-/// The least ratio of points near the slope to points near a level plane at which the slope is trusted: a tenth more.
+/// A slope is trusted if this many times as many points are near the sloped plane as near a level plane, as a ratio.
 const EXPLAINS: f64 = 1.1;
 /// The distance at which a point is near a plane, in metres: twice `OF_FOOT`.
 const NEAR: f64 = 0.02;
-/// The least ratio of a slope to its uncertainty at which it is trusted. Chance exceeds it in fewer than four of 10,000
-/// cases.
+/// The smallest ratio of a slope to its uncertainty at which the slope is trusted. By chance, the ratio is larger in
+/// fewer than four of 10,000 cases.
 const CERTAIN: f64 = 4.0;
-/// The extent of the steps of one foot along an axis of the ground, in metres. Below the first value, they show no
-/// slope along this axis; above the second, they show it fully.
+/// Two extents of the footsteps of one foot along an axis of the ground, in metres. Footsteps within the first extent
+/// show no slope along this axis. Footsteps beyond the second extent show the whole slope.
 const SHOWS_SLOPE: [f64; 2] = [0.4, 0.9];
 /// An estimated floor. Lengths are in metres.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Floor {
-    /// The height of the ground by the rule of all commands.
+    /// The height of the ground, as [`FootPoints::ground`] computes it for all commands.
     pub(super) height: f64,
-    /// The rise per metre along the two axes of the ground.
+    /// The rise of the floor in metres per metre, along each of the two axes of the ground.
     rise: [f64; 2],
-    /// The ratio of the slope to its uncertainty along the slope.
+    /// The ratio of the slope to its uncertainty.
     certain: f64,
-    /// The ratio of points near the sloped plane to points near a level plane.
+    /// The ratio of the number of points near the sloped plane to the number of points near a level plane.
     explains: f64,
-    /// The mean position of the points.
+    /// The mean position of the slow points, at which the plane has no rise.
     centre: DVec3,
     /// The drift in height in each frame.
     drift: Vec<f64>,
-    /// The level of each kind of point (ankles, balls) relative to the others, and the difference between right and
-    /// left.
+    /// The height in contact of each kind of point (ankles, balls), at the centre.
     levels: [f64; 2],
     right_over_left: f64,
 }
@@ -93,8 +94,8 @@ impl Floor {
         self.rise[0].hypot(self.rise[1]).atan().to_degrees()
     }
 
-    /// The slope in degrees that the steps show. A principal axis of the steps counts only if they extend far enough
-    /// along it.
+    /// The slope in degrees that the footsteps show. The slope along a principal axis of the footsteps counts only if
+    /// they extend far enough along this axis.
     fn slope_shown_by(&self, steps: &[SlowPoint]) -> f64 {
         let places = || steps.iter().map(|step| (step.at() - self.centre).truncate());
         let [xx, xy, yy] = places().fold([0.0; 3], |[xx, xy, yy], at| {
@@ -114,7 +115,7 @@ impl Floor {
         shown(along).hypot(shown(along.perp())).atan().to_degrees()
     }
 
-    /// The height of a point above its contact level that slope and drift explain.
+    /// The part of the height of a point that comes from the slope of the floor and the drift in height.
     fn above(&self, point: &SlowPoint) -> f64 {
         self.above_at(point.at(), point.frame as usize)
     }
@@ -124,8 +125,8 @@ impl Floor {
         self.rise[0] * from.x + self.rise[1] * from.y + self.drift[frame]
     }
 
-    /// For each point of `feet`: the height at which it stands on a level floor, and its height above the contact level
-    /// on this floor in each frame.
+    /// For each point of `feet`: its height in contact on a level floor. Also, for each frame, its height above the
+    /// contact on the found floor, with its slope and its drift.
     pub(super) fn stands<'a>(&'a self, feet: &'a Feet) -> impl Iterator<Item = (f64, Vec<f64>)> + 'a {
         feet.points.iter().zip(&feet.sides).map(|((kind, track), side)| {
             let level = self.levels[*kind] + self.right_over_left * side;
@@ -135,7 +136,7 @@ impl Floor {
         })
     }
 
-    /// Whether the feet are far enough apart to determine the slope within a degree.
+    /// Whether the footsteps are so far apart that the slope is known within a degree.
     pub(super) fn tells(&self) -> bool {
         self.certain * LEAST_SLOPE > self.slope() * CERTAIN || self.certain > CERTAIN
     }
@@ -147,7 +148,7 @@ impl Floor {
 }
 
 /// The slope of the floor in degrees, the drift over the ground in metres, and the drift in height in metres. [`level`]
-/// removes the first two.
+/// removes the slope and the drift over the ground.
 pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 3] {
     let in_height = height_drift(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);
     let feet = Feet::new(work);
@@ -171,7 +172,7 @@ fn extent(drift: &[DVec3]) -> f64 {
     (last - first).length()
 }
 
-/// The repairs of the floor.
+/// The repairs of the floor. `None` for a repair that was not needed.
 #[derive(Default)]
 pub(super) struct FloorOutcome {
     pub(super) height: Option<f64>,
@@ -181,9 +182,9 @@ pub(super) struct FloorOutcome {
     pub(super) depth: Option<f64>,
 }
 
-/// The positions of the points of the feet in every frame, in metres: along the two axes of the ground, and up.
+/// The points of the feet. A position has three coordinates in metres: along the two axes of the ground, and up.
 pub(super) struct Feet {
-    /// The kind of each point (0 for ankles, 1 for balls), and its track.
+    /// The kind of each point (0 for ankles, 1 for balls), and its position in every frame.
     points: Vec<(usize, Vec<DVec3>)>,
     /// For each point, -0.5 on the left side and 0.5 on the right.
     sides: Vec<f64>,
@@ -218,8 +219,8 @@ impl Feet {
         }
     }
 
-    /// The velocity of the slower foot in the frames in which both feet have a long stance. A drift moves both feet
-    /// alike; a shuffling foot moves alone.
+    /// The frames in which both feet have a long stance, each with the velocity of the slower foot. A drift moves both
+    /// feet, but a shuffling figure moves one foot at a time.
     fn standing(&self) -> Vec<(usize, DVec3)> {
         let best = self.points.iter().map(|point| point.0).max().unwrap_or_default();
         let mut feet = self
@@ -238,7 +239,8 @@ impl Feet {
         .collect()
     }
 
-    /// In each frame, the velocity in m/s of the slowest point of the feet that is low and slower than `fastest`.
+    /// For each frame, the velocity in m/s of the slowest point of the feet. Only points count that are low and slower
+    /// than `fastest`; `None` without one.
     pub(super) fn ground(&self, fastest: f64) -> Vec<Option<DVec3>> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let levels: Vec<f64> = self
@@ -333,11 +335,12 @@ impl SlowPoint {
     }
 }
 
-/// The indices of the two rises among the unknowns, after the two levels.
+/// The unknowns of the fit are two levels, two rises, a height difference and the knots of the drift. These are the
+/// indices of the rises.
 const RISES: [usize; 2] = [2, 3];
-/// The index of the height difference between right and left foot.
+/// The index of the height difference between the right and the left foot among the unknowns.
 const RIGHT_OVER_LEFT: usize = 4;
-/// The index of the first knot of the drift.
+/// The index of the first knot of the drift among the unknowns.
 const DRIFT: usize = 5;
 /// The floor of a motion; `None` if no foot is ever slow.
 pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
@@ -356,7 +359,7 @@ fn height(work: &Work<'_>) -> f64 {
     ground.map_or(0.0, |ground| f64::from(ground.height() * work.metres))
 }
 
-/// The positions of the points that show the height of the ground, by kind.
+/// The positions in every frame of the points that show the height of the ground, in one list for each kind of point.
 fn tracks_of_feet(work: &Work<'_>) -> [Vec<Vec<Vec3>>; 3] {
     let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
     // One pass over the frames for all kinds, because the poses take most of the time.
@@ -385,7 +388,7 @@ fn of(feet: &Feet) -> Option<Floor> {
         drift: vec![0.0; feet.frames],
         ..Floor::default()
     };
-    // Neighbouring frames are correlated, so together they count as one observation.
+    // The noise of neighbouring frames is correlated, so the frames of [`ONE_OBSERVATION`] count as one observation.
     let one = 1.0 / (OF_FOOT.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
     for round in 0..ROUNDS {
         let part = round as f64 / (ROUNDS - 1) as f64;
@@ -434,7 +437,7 @@ fn of(feet: &Feet) -> Option<Floor> {
         let is_near = |point: &&SlowPoint| (point.at().z - levels[point.kind()] - height(point)).abs() < NEAR;
         points.iter().filter(is_near).count() as f64
     };
-    // The level plane with the most points near it.
+    // The number of points near a level plane, at the height where this number is largest.
     let heights = (0..=40).map(|step| near(&|_: &SlowPoint| f64::from(step - 20) * 0.02));
     let level = heights.fold(1.0, f64::max);
     (floor.levels, floor.right_over_left) = (levels, right_over_left);
@@ -442,15 +445,15 @@ fn of(feet: &Feet) -> Option<Floor> {
     Some(floor)
 }
 
-/// The value below which a tenth of the heights are.
+/// The height below which a tenth of the heights are.
 fn low(heights: impl Iterator<Item = f64>) -> f64 {
     let mut heights: Vec<f64> = heights.collect();
     heights.sort_unstable_by(f64::total_cmp);
     heights.get(heights.len() / 10).copied().unwrap_or_default()
 }
 
-/// Removes slope and drift. Moves the floor to height 0 if a slope or drift was removed, if the height is outside
-/// [`KEPT_HEIGHTS`], or if `always` is set.
+/// Removes the slope of the floor and the drift of the body over the ground. Then it moves the floor to height 0 in
+/// three cases: if it removed a slope or a drift, if the height is outside [`KEPT_HEIGHTS`], or if `always` is set.
 pub(super) fn level(work: &mut Work<'_>, always: bool) -> Option<FloorOutcome> {
     let carrier = work.carrier()?;
     let mut done = FloorOutcome::default();

@@ -11,29 +11,32 @@ use crate::step::step;
 use crate::{ContactOptions, Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Holds feet still in contact and above the floor.
+    /// Holds each foot still during ground contact, and keeps it above the floor.
     ///
-    /// The options of [`foot_lock`](crate::foot_lock()) know more.
+    /// [`FootLockOptions`](crate::FootLockOptions) has further options.
     ///
     /// # Errors
     /// As [`foot_lock`](crate::foot_lock()).
     FootLock {
-        /// Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2.
+        /// Seconds before a contact during which the correction of the foot fades in, and after a contact during which
+        /// it fades out. Default: 0.2.
         blend: f64 = FootLockOptions::default().blend, ValueKind::Seconds;
-        /// The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
+        /// During a contact, the largest height of a foot above the height at which it rests, in metres. Default: 0.05.
         height: f64 = ContactOptions::default().height, ValueKind::Metres;
-        /// The largest speed of a foot in contact, in metres per second. Default: 0.25.
+        /// During a contact, the largest speed of a foot, in metres per second. Default: 0.25.
         speed: f64 = ContactOptions::default().speed, ValueKind::MetresPerSecond;
-        /// The factor of height or speed at which a foot leaves a contact. Default: 1.6.
+        /// A contact ends when the height or the speed of the foot is above this factor times `height` or `speed`.
+        /// Default: 1.6.
         release: f64 = ContactOptions::default().release, ValueKind::Factor;
-        /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
+        /// The shortest contact, in seconds. The step ignores shorter contacts. Default: 0.08.
         shortest: f64 = ContactOptions::default().shortest, ValueKind::Seconds;
-        /// The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
+        /// The shortest gap between two contacts, in seconds. If a gap is shorter, both contacts become one. Default:
+        /// 0.05.
         gap: f64 = ContactOptions::default().gap, ValueKind::Seconds;
-        /// The height of the floor along the up axis, in metres. Default: where the feet rest.
+        /// The height of the floor along the up axis, in metres. Default: the height at which the feet rest.
         floor: Option<f32> = None, ValueKind::Metres;
-        /// The largest change of any other joint, in metres. If locking a foot would move a knee or the hips farther, a
-        /// part of the sliding remains. Default: `None`, no foot slides.
+        /// The largest distance by which the step may move a joint that is not part of a foot, in metres. If a full
+        /// lock would move a knee or the hips farther, a part of the sliding remains. Default: `None`, no limit.
         largest_change: Option<f64> = None, ValueKind::Metres;
         /// The weights of the lock that differ from their defaults. Default: `None`.
         weights: Option<FootLockWeights> = None, ValueKind::Numbers;
@@ -72,7 +75,7 @@ impl fmt::Display for FootLockReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}; the feet slid {} in them, now {}; feet shifted by {} at most, hips lowered by {} at most",
+            "{}; the feet slid {} during contacts, now {}; feet shifted by {} at most, hips lowered by {} at most",
             counted(self.contacts, "contact"),
             centimetres(self.slide_before),
             centimetres(self.slide_after),
@@ -81,7 +84,7 @@ impl fmt::Display for FootLockReport {
         )?;
         write!(
             f,
-            "; foot speed at most {:.2} times and acceleration at most {:.2} times that without the lock",
+            "; the lock multiplies the speed of a foot by {:.2} at most, and the acceleration by {:.2} at most",
             self.speed_ratio, self.acceleration_ratio
         )?;
         if let given_way @ 1.. = self.given_way.iter().sum::<usize>() {

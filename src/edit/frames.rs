@@ -1,4 +1,5 @@
-//! The frames of an animation as transforms, which steps change and write back.
+//! The frames of an animation as transforms, which steps change and write back. A node whose transforms are stored here
+//! is a stored node.
 
 mod constant;
 mod gaps;
@@ -26,31 +27,32 @@ pub(super) struct Frames<'a> {
     pub(super) ticks: Vec<f64>,
     /// Frames per second.
     pub(super) rate: f64,
-    /// The index of each node of the scene among the held ones; `None` for nodes that never move.
+    /// For each node of the scene, its index in `nodes`; `None` for a node that is not stored, because no channel
+    /// drives it.
     columns: Vec<Option<usize>>,
-    /// The held nodes.
+    /// The stored nodes, in the order of the scene.
     nodes: Vec<NodeId>,
-    /// The transforms of each held node.
+    /// The transforms of each stored node.
     tracks: Vec<TrsTrack<'a>>,
     held: usize,
-    /// The values of each held node that were constant in the animation.
+    /// For each stored node, the values that were constant in the animation.
     constant: Vec<ConstantParts>,
-    /// Of points without a skeleton, in which of the frames each is seen.
+    /// For a scene of points without a skeleton: whether each point is seen in each frame.
     visible: Option<Vec<bool>>,
     /// The weights of the morph targets of the scene.
     weights: Weights,
 }
 
 impl Frames<'static> {
-    /// A copy of the frames of `animation`, an index into the animations of `scene`, which may be written back into it.
-    /// `also` are nodes to hold even if no channel drives them, because they are going to move.
+    /// A copy of the frames of `animation`, an index into the animations of `scene`. The frames may be written back
+    /// into the scene. `also` has nodes that the step will move, so they are stored even if no channel drives them.
     pub(super) fn new(scene: &Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
         Ok(Frames::reading(scene, animation, also)?.with(TrsTrack::owned))
     }
 }
 
 impl<'a> Frames<'a> {
-    /// Like [`new`](Self::new), but shares keys that do not change instead of copying them.
+    /// As [`new`](Self::new), but a track shares the keys of the scene until it changes.
     pub(super) fn reading(scene: &'a Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
         let Some(clip) = scene.animations.get(animation) else {
             let message = format!(
@@ -64,7 +66,7 @@ impl<'a> Frames<'a> {
         Ok(frames)
     }
 
-    /// The frames of an animation, which may be outside the scene. Morph targets are not read.
+    /// The frames of `animation`, which need not be in `scene`. Morph targets are not read.
     pub(super) fn of(scene: &Scene, animation: &'a Animation, also: &[NodeId]) -> Result<Self> {
         let binding = Binding::new(scene, animation);
         let mut columns: Vec<Option<usize>> = vec![None; scene.nodes.len()];
@@ -84,7 +86,7 @@ impl<'a> Frames<'a> {
             .iter()
             .map(|channel| channel.position_keys.len() + channel.rotation_keys.len() + channel.scaling_keys.len())
             .sum();
-        // The end of the motion may need one more frame than the whole ticks.
+        // If the motion ends between two ticks, its end needs one more frame.
         let frames = FrameBudget::stated_by(&Limits::default(), stated as u64).frames(whole + 1.0, nodes.len())?;
         let mut ticks: Vec<f64> = (0..frames - 1).map(|tick| tick as f64).collect();
         if animation.duration - whole > 1e-6 {
@@ -146,7 +148,7 @@ impl<'a> Frames<'a> {
         })
     }
 
-    /// Holds a node even if no channel drives it, because it is going to move.
+    /// Stores a node that no channel drives, because the step will move it.
     pub(super) fn hold(&mut self, scene: &Scene, node: NodeId) {
         if self.column(node).is_some() {
             return;
@@ -163,13 +165,15 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Whether the position of a node relative to its parent changed when it was read or [settled](Self::settle).
+    /// Whether the position of a node relative to its parent changes during the motion. Changes after the reading, or
+    /// after the last call of [`settle`](Self::settle), do not count.
     pub(super) fn moves(&self, node: NodeId) -> bool {
         let column = self.column(node);
         column.is_some_and(|column| self.constant[column].translation.is_none())
     }
 
-    /// Rounds tracks that were constant and differ from it only by rounding, as [`write_all`](Self::write_all) does.
+    /// Makes a track constant again if it was constant and differs from this constant only by rounding errors, as
+    /// [`write_all`](Self::write_all) does.
     pub(super) fn settle(&mut self) {
         for (track, constant) in self.tracks.iter_mut().zip(&mut self.constant) {
             track.settle(constant);
@@ -185,7 +189,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The nodes that are held, in the order of the scene.
+    /// The stored nodes, in the order of the scene.
     pub(super) fn nodes(&self) -> &[NodeId] {
         &self.nodes
     }
@@ -261,7 +265,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// All transforms at a fractional frame, interpolated. Outside the motion, the transforms of its nearest end.
+    /// All transforms at a fractional frame number, interpolated between two frames. Before the first or after the last
+    /// frame, the transforms of this frame.
     pub(super) fn row_at(&self, frame: f64) -> Vec<Trs> {
         let last = self.len().saturating_sub(1);
         let frame = frame.clamp(0.0, last as f64);
@@ -274,8 +279,8 @@ impl<'a> Frames<'a> {
         (0..self.held).map(between).collect()
     }
 
-    /// Frames at whole ticks with the transforms of `rows`, in which all points are seen. The weights of morph targets
-    /// keep their frames.
+    /// Frames at whole ticks with the transforms of `rows`. All points count as seen. Each frame keeps its weights of
+    /// morph targets.
     pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
         let track = |column: usize| TrsTrack::new(rows.iter().map(|row| row[column]), rows.len());
         self.with_tracks((0..self.held).map(track).collect(), rows.len())
@@ -289,7 +294,7 @@ impl<'a> Frames<'a> {
         )
     }
 
-    /// The same frames with `track` applied to each track, which must keep the transforms.
+    /// These frames after `track` converted each track to another form. `track` must not change a transform.
     fn with<'b>(self, track: impl Fn(TrsTrack<'a>) -> TrsTrack<'b>) -> Frames<'b> {
         Frames {
             tracks: self.tracks.into_iter().map(track).collect(),
@@ -304,7 +309,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The values that have changed. [`write`](Self::write) needs no others if the frames share keys with the scene.
+    /// A copy with only the changed values. [`write`](Self::write) needs no other values if the frames share the other
+    /// keys with the scene.
     pub(super) fn changes(self) -> Frames<'static> {
         self.with(TrsTrack::changes)
     }
@@ -323,14 +329,14 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The number of frames from 0 to `last`, for a motion at another time or rate that is made of these frames and
-    /// others. Fails if there are too many for the data.
+    /// The number of frames from 0 to `last` in a new motion that is made of these frames and of `others`. Fails if
+    /// this number is far too large for the amount of data.
     pub(super) fn up_to(&self, last: f64, others: &[&Self]) -> Result<usize> {
         let stated: usize = [self].iter().chain(others).map(|frames| frames.values()).sum();
         Ok(FrameBudget::stated_by(&Limits::default(), stated as u64).frames(last, self.held)?)
     }
 
-    /// Replaces the animation by these frames: all keys of the held nodes, and the duration.
+    /// Replaces the animation by these frames: the keys of all stored nodes, and the duration.
     pub(super) fn write_all(&self, scene: &mut Scene, animation: usize) {
         if self.visible.is_none() {
             gaps::report_filled(scene, animation);
@@ -354,7 +360,7 @@ impl<'a> Frames<'a> {
         self.ticks.len()
     }
 
-    /// The number of frames times the number of held nodes.
+    /// The number of frames times the number of stored nodes.
     fn values(&self) -> usize {
         self.len() * self.held
     }
@@ -364,7 +370,8 @@ impl<'a> Frames<'a> {
         contacts::frames_in(seconds, self.rate, self.len())
     }
 
-    /// The number of frames on either side that a filter averages. Fails if they are too many for this motion.
+    /// Returns `frames`, the number of frames that a filter averages before and after each frame. Fails if the filter
+    /// would take too long for this motion.
     pub(super) fn filter_radius(&self, frames: usize) -> Result<usize> {
         Ok(limits::filter_radius(frames, self.values())?)
     }
@@ -379,13 +386,13 @@ impl<'a> Frames<'a> {
         pose.update_world();
     }
 
-    /// The transform of a held node; `None` for other nodes.
+    /// The transform of a stored node; `None` for any other node.
     pub(super) fn get(&self, frame: usize, node: NodeId) -> Option<Trs> {
         let column = self.columns[node.index()]?;
         Some(self.at(frame, column))
     }
 
-    /// Sets the transform of a held node. Other nodes do not change.
+    /// Sets the transform of a stored node. Does nothing for any other node.
     pub(super) fn set(&mut self, frame: usize, node: NodeId, trs: Trs) {
         if let Some(column) = self.columns[node.index()] {
             self.set_at(frame, column, trs);
@@ -401,8 +408,9 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Writes the rotations of `rotated` and the positions of `moved` as keys. Tracks that still share the keys of the
-    /// scene stay. The rotation of an end site moves nothing, so it gets no channel.
+    /// Writes the rotations of the nodes `rotated` and the positions of the nodes `moved` as keys. A track that still
+    /// shares the keys of the scene is not written. The rotation of an end site moves nothing, so an end site gets no
+    /// channel.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize, rotated: &[NodeId], moved: &[NodeId]) {
         let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
         for (nodes, is_rotation) in [(rotated, true), (moved, false)] {
@@ -442,7 +450,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Gives each node the motion of its partner, including which parts are constant.
+    /// For a mirrored motion: each node takes over from its partner which of its values are constant.
     pub(super) fn exchange(&mut self, partners: &[NodeId]) {
         let of_partner = |node: &NodeId| self.constant_of(partners[node.index()]);
         self.constant = self.nodes.iter().map(of_partner).collect();
@@ -452,8 +460,8 @@ impl<'a> Frames<'a> {
         self.columns[node.index()].map_or_else(ConstantParts::default, |column| self.constant[column])
     }
 
-    /// The keys of a track. Rounding adds no keys: a track that was `constant` stays so if it differs only by rounding.
-    /// Any other track becomes constant only if all its values are equal, so slow motion is kept.
+    /// The keys of a track. A track that was `constant` stays constant if its values differ only by rounding errors.
+    /// Any other track becomes constant only if all its values are equal, so that a slow motion is kept.
     fn keys<T: Copy + PartialEq>(&self, values: Vec<T>, constant: Option<T>, is_near: fn(T, T) -> bool) -> Keys<T> {
         match constant_value(&values, constant, is_near) {
             _ if values.is_empty() => Keys::default(),
@@ -475,9 +483,10 @@ pub(super) fn between(from: Trs, to: Trs, fraction: f32) -> Trs {
 /// The positions of `nodes` in the world in every frame, one list for each node.
 pub(super) fn tracks(frames: &Frames, scene: &Scene, nodes: &[NodeId]) -> Vec<Vec<Vec3>> {
     let mut pose = Pose::rest(scene);
-    // A clone of an empty list has no capacity.
+    // `vec![list; count]` would clone the list, and a clone of an empty list has no capacity.
     let mut tracks: Vec<Vec<Vec3>> = nodes.iter().map(|_| Vec::with_capacity(frames.len())).collect();
-    // Parents come first. Only the nodes above are posed: feet need no arms and fingers.
+    // Only `nodes` and the nodes above them are computed. For feet, this saves the arms and the fingers. A parent comes
+    // before its children.
     let parent = |index: usize| Some(scene.nodes[index].parent?.index()).filter(|parent| *parent < index);
     let mut is_above = vec![false; scene.nodes.len()];
     nodes.iter().for_each(|node| is_above[node.index()] = true);

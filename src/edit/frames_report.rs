@@ -18,11 +18,11 @@ use super::step::names;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FramesReport {
-    /// Frames before.
+    /// The number of frames before the step.
     pub frames_before: usize,
-    /// Frames now.
+    /// The number of frames after the step.
     pub frames: usize,
-    /// Seconds from the first frame to the last, now.
+    /// Seconds from the first frame to the last frame, after the step.
     pub seconds: f64,
 }
 
@@ -33,11 +33,11 @@ impl fmt::Display for FramesReport {
             frames,
             seconds,
         } = self;
-        write!(f, "{frames_before} frames, now {frames}, which are {seconds:.2} s")
+        write!(f, "{frames_before} frames, now {frames} frames in {seconds:.2} s")
     }
 }
 
-/// Applies a conversion that keeps the unit and the axes of the scene, to all its animations.
+/// Applies `conversion` to all animations of the scene. The scene keeps its unit and its axes.
 pub(super) fn converted(scene: &mut Scene, input: &StepInput<'_>, conversion: Conversion) -> Result<FramesReport> {
     let frames = |scene: &Scene| {
         let animation = scene.animations.get(input.animation);
@@ -58,7 +58,7 @@ pub(super) fn converted(scene: &mut Scene, input: &StepInput<'_>, conversion: Co
         None => Figure::new(scene),
     };
     if let Err(error) = conversion.keep_units(true).bones(bones).convert(scene, &figure) {
-        // Removes assumptions about a unit and axes, because nothing was converted.
+        // Removes the assumptions that the failed conversion added, because it changed nothing.
         scene.metadata.assumptions.truncate(known);
         return Err(error);
     }

@@ -1,9 +1,11 @@
-//! Motion graphs: finds similar moments of many clips, between which a figure can pass, and walks over the graph. The
-//! method is Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs-algorithm.md` has the formulas.
+//! Builds motion graphs. A motion graph has the frames of many clips as nodes, and transitions between similar frames
+//! of these clips. A walk is a path in this graph, along which a figure can move without a visible jump. The method is
+//! Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs-algorithm.md` has the formulas.
 //!
-//! A [`GraphBuilder`] takes clips of one skeleton, compares all their windows of frames, and builds a [`MotionGraph`]:
-//! the clips and the transitions between them. Only the largest strongly connected component is kept, so that a walk
-//! can always go on. A [`Walk`](crate::graph::report::Walk) over it is found by search, and makes a motion.
+//! A [`GraphBuilder`] takes clips of one skeleton. It compares all pairs of windows (short runs of frames), and builds
+//! a [`MotionGraph`]: the clips, and the transitions between them. It keeps only the largest strongly connected
+//! component of the graph, so that a walk never comes to a dead end. A search finds a
+//! [`Walk`](crate::graph::report::Walk), which then becomes a motion.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -48,7 +50,7 @@ pub use self::network::Network;
 use self::parts::{GraphClip, GraphTransition};
 pub use self::walk::WalkPath;
 
-/// The options of a comparison of clips.
+/// How [`GraphBuilder`] compares clips.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,11 +60,11 @@ pub use self::walk::WalkPath;
 pub struct GraphOptions {
     /// Frames per second at which clips are compared. Default: 30, as in the paper.
     pub rate: f64,
-    /// The length of the window of frames that is compared, and of a transition, in seconds. Default: a third.
+    /// The length of the compared windows, in seconds. A transition has the same length. Default: 1/3.
     pub window: f64,
-    /// The largest distance of two moments for a transition, in metres. Default: 0.06.
+    /// The largest distance between two windows that get a transition, in metres. Default: 0.06.
     pub threshold: f64,
-    /// Whether to keep transitions that lead out of the largest strongly connected component. Default: `false`.
+    /// Whether to keep also the transitions that are not in the largest strongly connected component. Default: `false`.
     pub whole: bool,
 }
 
@@ -109,7 +111,7 @@ impl GraphOptions {
     }
 }
 
-/// A motion graph.
+/// Clips, and transitions between their similar frames.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -119,17 +121,17 @@ impl GraphOptions {
 pub struct MotionGraph {
     /// The version of the schema of the file: [`MotionGraph::VERSION`].
     pub motion_graph: u32,
-    /// How the moments were compared.
+    /// The options with which the clips were compared.
     pub options: GraphOptions,
-    /// The file of the body on which all clips were put before they were compared, and its SHA-256 in hexadecimal
-    /// digits; `None` where the clips have one skeleton.
+    /// The file of the character to which all clips were retargeted before the comparison, and its SHA-256 in
+    /// hexadecimal digits. `None` if the clips share one skeleton.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<(String, String)>,
-    /// The joints that are compared, each with its weight; these add up to 1. Of a window, the frames in the middle
-    /// count most, and from there less in a straight line.
+    /// The joints whose positions are compared, each with its weight. The sum of the weights is 1. The weight of a
+    /// frame decreases linearly from the middle of a window to its edges.
     pub points: Vec<(String, f32)>,
     /// The clips, in the order in which they were added.
     pub clips: Vec<GraphClip>,
-    /// The transitions, in the order of the frames that they leave.
+    /// The transitions, in the order of the frames at which they leave a clip.
     pub transitions: Vec<GraphTransition>,
 }

@@ -13,9 +13,10 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as `clean`
-    /// does, and then the height, however small. Hills, stairs and treadmills do not change:
-    /// `docs/cleaning-algorithm.md` describes their detection.
+    /// Puts a motion on the floor at height 0. The step removes the slope of the floor and the drift of the body, as
+    /// `clean` does. Then it moves the figure so that the floor is exactly at height 0. The slope of a hill or of
+    /// stairs, and the drift on a treadmill, do not change: `docs/cleaning-algorithm.md` describes how mocap detects
+    /// them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -35,7 +36,8 @@ step! {
 
 impl Step for Ground {
     const NAME: &'static str = "ground";
-    const HELP: &'static str = "put on the floor: remove its height and slope, and the drift of the body";
+    const HELP: &'static str =
+        "put the body on the floor: remove the floor's height and slope, and the drift of the body";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = GroundReport;
@@ -47,25 +49,26 @@ impl Step for Ground {
     }
 }
 
-/// What [`Ground`] took out.
+/// The report of [`Ground`].
 ///
 /// [`Ground`](crate::Ground) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct GroundReport {
-    /// The height of the floor in metres; `None` where no foot is ever slow.
+    /// The height of the floor that the step removed, in metres. `None` if no foot is ever slow, so that the floor is
+    /// unknown.
     pub height: Option<f64>,
-    /// The slope of the floor in degrees.
+    /// The slope of the floor that the step removed, in degrees. `None` if it removed none.
     pub slope: Option<f64>,
-    /// How far the body drifted, in metres.
+    /// The drift of the body over the ground that the step removed, in metres. `None` if it removed none.
     pub drift: Option<f64>,
 }
 
 impl fmt::Display for GroundReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(height) = self.height else {
-            return f.write_str("nothing: no foot is slow enough to show the floor");
+            return f.write_str("nothing: no foot ever rests, so the height of the floor is unknown");
         };
         let of = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         write!(

@@ -1,4 +1,4 @@
-//! Moves a limb or a chain to a goal in a part of a motion.
+//! Brings a limb or another chain of joints to a goal, in a range of frames.
 
 use std::f32::consts::TAU;
 
@@ -18,7 +18,7 @@ use super::window::Window;
 /// The distance from the goal that counts as reached, in metres.
 const REACHED: f32 = 1e-4;
 
-/// How well a limb reached its goals. Lengths are in metres.
+/// The accuracy with which a limb reached its goals. Lengths are in metres.
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -27,14 +27,14 @@ const REACHED: f32 = 1e-4;
 pub struct LimbReport {
     /// The number of frames in which the limb should be at its goal.
     pub frames: usize,
-    /// The number of these frames in which it is not there. The limb is too short or too long, or the goal is just
-    /// coming within reach.
+    /// The number of these frames in which the limb is not at its goal. The reason is that the limb is too short or too
+    /// long, or that the goal comes within reach or goes out of reach near this frame.
     pub out_of_reach: usize,
-    /// The largest remaining distance from the goal.
+    /// The largest distance between the limb and its goal in these frames.
     pub farthest: f32,
-    /// The frame with this distance.
+    /// The frame in which this distance is largest.
     pub farthest_frame: usize,
-    /// The largest change of the position of the tip.
+    /// The largest distance by which the step moved the tip of the limb.
     pub moved: f32,
 }
 
@@ -61,25 +61,25 @@ impl std::fmt::Display for LimbReport {
     }
 }
 
-/// The time around the frame in which a goal comes within reach or leaves it, in seconds. Rotations are smoothed over
-/// this time, because the elbow or knee would jump otherwise.
+/// When a goal comes within reach or goes out of reach, the elbow or knee would jump. So rotations are smoothed over
+/// this time before and after that frame, in seconds.
 const PASSING: f64 = 0.2;
 
-/// A limb at its goal in one frame, with its position before.
+/// The solution for one frame: the limb at its goal, and the position of its tip before.
 struct HeldLimb {
     frame: usize,
-    /// The fraction of the change that is applied.
+    /// The fraction of the solution that is applied, from 0 to 1.
     weight: f32,
     goal: Vec3,
     before: Vec3,
-    /// The rotations of the joints to their parents with the limb at the goal.
+    /// The rotations of the joints relative to their parents when the limb is at the goal.
     rotations: Vec<Quat>,
     /// The remaining distance from the goal, in units of the scene.
     left: f32,
 }
 
-/// Moves a chain to its goal in the frames of a window. `goal` computes the goal from the pose of a frame. `frames`
-/// must hold the joints of the chain.
+/// Brings a chain to its goal in the frames of `window`. `goal` computes the goal from the pose of a frame. `frames`
+/// must store the joints of the chain.
 pub(super) fn hold(
     scene: &Scene,
     frames: &mut Frames,
@@ -135,7 +135,7 @@ pub(super) fn hold(
 }
 
 impl LimbReport {
-    /// Adds the report of another part of the motion.
+    /// Combines this report with the report of another range of frames.
     pub(super) fn append(&mut self, other: &Self) {
         self.frames += other.frames;
         self.out_of_reach += other.out_of_reach;
@@ -145,7 +145,7 @@ impl LimbReport {
         }
     }
 
-    /// Adds a frame whose tip is at `now`.
+    /// Adds one frame to the report. `now` is the position of the tip after the step.
     fn add(&mut self, of_frame: &HeldLimb, now: Vec3, metres_per_unit: f32) {
         self.moved = self.moved.max(of_frame.before.distance(now) * metres_per_unit);
         if of_frame.weight < 1.0 {
@@ -170,7 +170,7 @@ const CALM: f64 = 0.25;
 /// A Gaussian over frames.
 struct Bell {
     deviation: f32,
-    /// The number of frames on either side that have a weight.
+    /// The number of frames before the middle, and of frames after it, that have a weight.
     radius: usize,
 }
 
@@ -183,7 +183,7 @@ impl Bell {
         }
     }
 
-    /// The frames around `at` of `count` frames, each with its weight.
+    /// The frames around the frame `at`, each with its weight. The motion has `count` frames.
     fn around(&self, at: usize, count: usize) -> impl Iterator<Item = (usize, f32)> + use<'_> {
         let others = at.saturating_sub(self.radius)..(at + self.radius + 1).min(count);
         others.map(move |other| {
@@ -192,13 +192,13 @@ impl Bell {
         })
     }
 
-    /// The frames around `at` of `count` frames that are within the standard deviation.
+    /// The frames around the frame `at` within the standard deviation. The motion has `count` frames.
     fn near(&self, at: usize, count: usize) -> std::ops::Range<usize> {
         let radius = self.deviation.round() as usize;
         at.saturating_sub(radius)..(at + radius + 1).min(count)
     }
 
-    /// The weighted mean of values around `at` of `count` frames.
+    /// The weighted mean of the values of the frames around the frame `at`. The motion has `count` frames.
     fn mean_of<T>(&self, count: usize, at: usize, value: impl Fn(usize) -> T) -> T
     where
         T: Default + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
@@ -211,7 +211,7 @@ impl Bell {
         sum * (1.0 / total)
     }
 
-    /// The weighted mean of the rotations around `at`.
+    /// The weighted mean of the rotations of the frames around the frame `at`.
     fn mean(&self, rotations: &[Quat], at: usize) -> Quat {
         let own = rotations[at];
         let turn = |other: usize| log(own.inverse() * rotations[other]);
@@ -219,13 +219,14 @@ impl Bell {
     }
 }
 
-/// The largest standard deviation in frames. It keeps the running time linear in the frames.
+/// The largest standard deviation in frames. With this limit, the running time is proportional to the number of frames.
 const LONGEST_BELL: f32 = 500.0;
 
-/// The plane of a limb in the frames of a window: the most natural plane, and the angle of the limb's plane from it.
+/// The plane in which a limb bends, for each frame of `window`: the most natural plane, and the angle from this plane
+/// to the limb's plane.
 ///
-/// The most natural plane follows the trunk and the direction of the goal slowly. Both may jump in one frame of a
-/// motion, and the elbow or knee would jump even farther.
+/// The most natural plane depends on the trunk and on the direction of the goal. Both are smoothed over time, because
+/// the elbow or knee would enlarge a jump of either.
 fn planes(
     scene: &Scene,
     frames: &Frames,
@@ -257,11 +258,11 @@ fn planes(
     naturals.into_iter().zip(calm(&swivels, &bell)).collect()
 }
 
-/// The angle of the limb's plane in each frame. If the limb changes much, the angle is averaged over time: an arm that
-/// holds the head does not keep its swing.
+/// The smoothed angle of the limb's plane in each frame. The angle is averaged over time in frames in which the goal is
+/// far from the limb. For example, an arm that is brought to the head does not keep its swing.
 fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
-    // Unwraps the angle to be nearest to the last known angle. An unknown angle is arbitrary, and could shift the
-    // following angles by a whole turn.
+    // Adds whole turns to the angle so that it is nearest to the last known angle. Unknown angles are skipped, because
+    // they are arbitrary, and could shift the next angles by a whole turn.
     let mut reference = 0.0;
     let unwrapped = swivels.iter().map(|swivel| {
         let angle = swivel.angle + ((reference - swivel.angle) / TAU).round() * TAU;
@@ -280,8 +281,8 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
         }
         sum / total
     };
-    // Takes the least detail around each frame. Otherwise a limb that passes near its goal would show its swing for a
-    // short time.
+    // Uses the smallest `detail` of the frames around each frame. Otherwise, the swing of a limb would be visible while
+    // the limb is near its goal for a short time.
     let details: Vec<f32> = swivels.iter().map(|swivel| swivel.detail * swivel.known).collect();
     let least = |at: usize| {
         bell.near(at, details.len())
@@ -295,8 +296,8 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
     (0..swivels.len()).map(of_frame).collect()
 }
 
-/// Smooths the frames in which a goal comes within reach or leaves it: there, each rotation becomes the mean of the
-/// rotations around, weighted by a Gaussian.
+/// Smooths the rotations around each frame in which a goal comes within reach or goes out of reach. A rotation becomes
+/// the mean of the rotations of the frames around it, with Gaussian weights.
 fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let radius = (PASSING * rate).round().max(1.0) as usize;
     let bell = Bell::new(0.25 * PASSING, rate);
@@ -311,7 +312,7 @@ fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let of_joint = |joint: usize| solved.iter().map(move |of_frame| of_frame.rotations[joint]).collect();
     let joints: Vec<Vec<Quat>> = (0..count).map(of_joint).collect();
     for (at, of_frame) in solved.iter_mut().enumerate().filter(|(at, _)| nearest[*at] < radius) {
-        // In the inner half, only the mean counts.
+        // In the half of these frames that is nearer to the moment, the mean replaces the rotation completely.
         let part = 2.0 * nearest[at] as f32 / radius as f32 - 1.0;
         let weight = 1.0 - ease(part.clamp(0.0, 1.0));
         for (rotation, all) in of_frame.rotations.iter_mut().zip(&joints) {

@@ -1,4 +1,4 @@
-//! Keyframe animation: keeps the poses of chosen frames, and computes those between them.
+//! Makes a keyframe animation: keeps the poses of chosen frames, and computes the poses between them.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ use super::quantity::{centimetres, degrees};
 use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
-/// How poses between two keys are computed.
+/// The interpolation of poses between two keys.
 ///
 /// [`InBetween`](crate::InBetween) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,16 +23,16 @@ use super::{Step, StepInput, StepKey, ValueKind};
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum KeyInterpolation {
-    /// Spherical linear interpolation of rotations, and lines of positions: the speed jumps at keys.
+    /// Spherical linear interpolation of rotations, and linear interpolation of positions. The speed jumps at keys.
     Slerp,
-    /// Spherical and quadrangle interpolation (Shoemake, 1987) of rotations, and Catmull-Rom curves of positions: the
-    /// speed is continuous. A motion of constant speed stays one, whatever the distances of its keys.
+    /// Spherical and quadrangle interpolation (Shoemake, 1987) of rotations, and Catmull-Rom curves of positions. The
+    /// speed does not jump at keys. A motion of constant speed keeps this speed, even if its keys are unevenly spaced.
     #[default]
     Squad,
 }
 
 step! {
-    /// Keyframe animation: keeps the poses of chosen frames, and interpolates the others.
+    /// Makes a keyframe animation: keeps the poses of chosen frames, the keys, and interpolates all other frames.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -45,20 +45,21 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a key after the last frame.
+    /// [`Code::NoMotion`] if the scene lacks the animation; [`Code::InvalidValue`] for a key after the last frame.
     InBetween {
-        /// The frames whose poses are kept. The first and the last frame are always kept.
+        /// The frames whose poses the step keeps. It always keeps the first and the last frame, too.
         keys: Vec<usize> = Vec::new(), ValueKind::Frames;
-        /// The distance in frames of further keys. Default: 0, no others.
+        /// Frames whose number is a multiple of this number are also keys. Default: 0, no further keys.
         every: usize = 0, ValueKind::Count;
-        /// The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps of speed.
+        /// The interpolation between keys. Default: squad, whose speed does not jump at a key. A speed that is constant
+        /// over the keys stays constant.
         interpolation: KeyInterpolation = KeyInterpolation::default(), ValueKind::OneOf(&["slerp", "squad"]);
     }
 }
 
 impl Step for InBetween {
     const NAME: &'static str = "in-between";
-    const HELP: &'static str = "keep key frames, compute the others";
+    const HELP: &'static str = "keep key frames, compute all other frames";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = InBetweenReport;
 
@@ -67,18 +68,18 @@ impl Step for InBetween {
     }
 }
 
-/// What [`InBetween`] changed.
+/// The report of [`InBetween`].
 ///
 /// [`InBetween`](crate::InBetween) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct InBetweenReport {
-    /// The frames that stayed, in order.
+    /// The frames whose poses the step kept, in order.
     pub keys: Vec<usize>,
-    /// The largest change of a rotation to its parent, in degrees.
+    /// The largest change of a joint's rotation relative to its parent, in degrees.
     pub largest_rotation: f32,
-    /// The largest change of a position to its parent, in metres.
+    /// The largest change of a joint's position relative to its parent, in metres.
     pub largest_position: f32,
 }
 
@@ -145,12 +146,13 @@ fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> 
     Ok(report)
 }
 
-/// The curve between the second and third of four keys.
+/// The curve of one joint between the second and the third of four successive keys.
 struct Squad {
     /// The rotations at both ends, and the two control rotations that shape the curve between them.
     rotations: [Quat; 2],
     controls: [Quat; 2],
-    /// The positions at both ends, and the tangents: the speed there times the duration of the curve.
+    /// The positions at both ends of the curve, and the tangents: the speed at each end times the duration of the
+    /// curve.
     positions: [Vec3; 2],
     tangents: [Vec3; 2],
     scales: [Vec3; 2],
@@ -159,12 +161,14 @@ struct Squad {
 impl Squad {
     fn new(values: [Trs; 4], keys: [usize; 4]) -> Self {
         let q = values.map(|value| value.rotation);
-        // Each quaternion is chosen for the shorter arc to the next.
+        // A quaternion and its negative are the same rotation. Of both, the one nearer to the quaternion of the next
+        // key is chosen.
         let q1 = q[1];
         let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
         let q3 = in_hemisphere_of(q2, q[3]);
-        // The slope at a key is taken between its neighbours, which may be unevenly spaced, and scaled to the duration
-        // of this curve. At both ends of the motion, a key is its own neighbour, and the curve is straight there.
+        // The slope at a key comes from the keys before and after it, which may be unevenly spaced. It is scaled to the
+        // duration of this curve. The first and the last key of the motion have only one neighbour, so the curve is
+        // straight there.
         let part = |before: usize, after: usize| {
             let [before, after] = [before, after].map(|index| keys[index] as f32);
             (keys[2] - keys[1]) as f32 / (after - before)

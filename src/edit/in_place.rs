@@ -1,4 +1,4 @@
-//! Removes the motion over the ground.
+//! Removes the motion of the root over the ground.
 
 use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_scene::error::Result;
@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Keeps the root above its start point. Its height and its rotation do not change.
+    /// Keeps the root above the point over which it starts. The height and the rotation of the root do not change.
     ///
     /// [`RootMotion::InPlace`] does the same.
     ///
@@ -25,7 +25,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation.
     InPlace {}
 }
 
@@ -39,6 +39,6 @@ impl Step for InPlace {
         converted(scene, input, Conversion::new().root(RootMotion::InPlace))
     }
 
-    /// Records nothing, because the conversion records the change so that `verify` can undo it.
+    /// Does nothing, because the conversion has already recorded the step, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

@@ -1,4 +1,5 @@
-//! Closes a jump between two motions by inertialisation (Bollo, 2016): the difference at the seam fades out after it.
+//! Removes the jump between two motions at their seam by inertialisation (Bollo, 2016): the difference between the
+//! poses fades out after the seam.
 
 use glam::Vec3;
 
@@ -6,15 +7,15 @@ pub(super) use mocap_scene::math::inertia::{ease, fade};
 use mocap_scene::math::quaternion::{exp, log};
 use mocap_scene::pose::Trs;
 
-/// The differences between two poses, joint by joint, and their change per frame.
+/// The differences between two poses at a seam, joint by joint, and the change of each difference per frame.
 pub(super) struct Seam {
     rotations: Vec<(Vec3, Vec3)>,
     translations: Vec<(Vec3, Vec3)>,
 }
 
 impl Seam {
-    /// The difference from `new`, the first two rows after the seam, to `old`: the row at the seam and the row that
-    /// would follow.
+    /// The difference from `new` to `old`. `new` has the first two frames after the seam. `old` has the frame at the
+    /// seam, and the frame that would follow it without the seam.
     pub(super) fn new(old: [&[Trs]; 2], new: [&[Trs]; 2]) -> Self {
         let mut seam = Self {
             rotations: Vec::new(),
@@ -33,19 +34,20 @@ impl Seam {
         seam
     }
 
-    /// Whether both poses are equal, so that nothing remains to close.
+    /// Whether both poses are equal, so that there is no jump.
     pub(super) fn is_closed(&self) -> bool {
         let all = self.rotations.iter().chain(&self.translations);
         all.into_iter().all(|(offset, _)| offset.length() < 1e-5)
     }
 
-    /// The largest difference of a rotation, in degrees.
+    /// The largest difference between the rotations of a joint, in degrees.
     pub(super) fn largest_rotation(&self) -> f32 {
         let angles = self.rotations.iter().map(|(offset, _)| offset.length().to_degrees());
         angles.fold(0.0, f32::max)
     }
 
-    /// Adds the remainder of the differences `frame` frames after the seam.
+    /// Adds the difference that remains `frame` frames after the seam to `row`, the transforms of this frame. After
+    /// `steps` frames, no difference remains.
     pub(super) fn apply(&self, row: &mut [Trs], frame: usize, steps: usize) {
         for (column, trs) in row.iter_mut().enumerate() {
             let (offset, speed) = self.rotations[column];
@@ -56,7 +58,7 @@ impl Seam {
     }
 }
 
-/// The row that follows three others if every joint keeps its acceleration.
+/// The transforms of the frame that follows three successive frames, if every joint keeps its acceleration.
 pub(super) fn onward(rows: [&[Trs]; 3]) -> Vec<Trs> {
     let column = |column: usize| {
         let [first, second, last] = rows.map(|row| row[column]);

@@ -15,8 +15,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints,
-    /// at the same time. After the end of the second motion, its last pose is held.
+    /// Takes the rotations of a part of the body from a second motion, which has the same joints. A rotation is
+    /// relative to the parent joint. Both motions start at the same time. If the second motion ends first, the part of
+    /// the body keeps its last pose.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -30,18 +31,18 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// As [`Concat`](crate::Concat), and [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid).
+    /// The errors of [`Concat`](crate::Concat), and [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid).
     Layer {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, ValueKind::Input;
-        /// The part of the body. Default: the spine and all above it.
+        /// The part of the body. Default: the spine and all joints above it, with the arms.
         part: LayerPart = LayerPart::default(), ValueKind::OneOf(LayerPart::NAMES);
     }
 }
 
 impl Step for Layer {
     const NAME: &'static str = "layer";
-    const HELP: &'static str = "take a part of the body from the next IN, or another";
+    const HELP: &'static str = "take a part of the body from the next input, or the input number N";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_OTHER: bool = true;
     const TAKES_BONES: bool = true;
@@ -77,16 +78,17 @@ impl Step for Layer {
     }
 }
 
-/// What [`Layer`] did.
+/// The report of [`Layer`].
 ///
 /// [`Layer`](crate::Layer) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LayerReport {
-    /// The number of joints that now move as in the other motion.
+    /// The number of joints whose rotations now come from the second motion.
     pub joints: usize,
-    /// The number of changed frames: all, or as many as the other motion has.
+    /// The number of frames until the end of the second motion. In later frames, the part of the body keeps its last
+    /// pose.
     pub frames: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Parts of the body.
+//! Names parts of the body, and finds their joints.
 
 use mocap_figure::{Humanoid, HumanoidBone};
 use mocap_scene::scene::{NodeId, Scene};
@@ -14,7 +14,7 @@ use super::body::and_below;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum LayerPart {
-    /// The spine and all above it.
+    /// The spine and all joints above it, with the arms.
     #[default]
     Upper,
     /// Both legs.
@@ -32,7 +32,7 @@ impl LayerPart {
     /// The names of all parts.
     pub(super) const NAMES: &'static [&'static str] = &["upper", "legs", "arms", "head"];
 
-    /// Its name.
+    /// The name of the part.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Upper => "upper",
@@ -42,7 +42,8 @@ impl LayerPart {
         }
     }
 
-    /// The bones at the top of the part. Of each list, the first bone that exists counts.
+    /// The topmost bones of the part. Each list has alternatives: the first bone that the figure has is the one that
+    /// counts.
     const fn tops(self) -> &'static [&'static [HumanoidBone]] {
         use HumanoidBone as Bone;
         match self {
@@ -56,7 +57,7 @@ impl LayerPart {
         }
     }
 
-    /// The joints of the part.
+    /// The joints of the part: the topmost joints and all joints below them.
     pub(super) fn joints(self, scene: &Scene, humanoid: &Humanoid) -> Vec<NodeId> {
         let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| humanoid.joint(*bone));
         let tops = self.tops().iter().filter_map(top);

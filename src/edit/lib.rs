@@ -1,14 +1,14 @@
 //! Steps that change a motion, each with a report of its changes.
 //!
-//! Each step is a type with its options, which implements [`Step`]; [`EditStep`] is any of them. A step changes one
-//! animation of a scene, and calls no other step. A step that needs the bones of the body takes them from the
-//! [`StepInput`], or otherwise from [`Humanoid::of`](mocap_figure::Humanoid::of). If there are none, it fails with
-//! [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid). Bones keep their lengths.
+//! Each step is a type with its options, which implements [`Step`]. The enum [`EditStep`] has a variant for each step.
+//! A step changes one animation of a scene, and calls no other step. A step that needs the bones of the body takes them
+//! from the [`StepInput`], or otherwise from [`Humanoid::of`](mocap_figure::Humanoid::of). If the skeleton is no
+//! humanoid, such a step fails with [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid).
 //!
 //! Lengths in options and reports are in metres, whatever the unit of the scene, and times are in seconds.
 //!
-//! To add a step, write its file and add a line to the list below. Names, help, text, JSON, reports and the command
-//! line follow from it.
+//! To add a step, write its file, and add a line to the list at the end of this file. The name, the help, the text, the
+//! JSON, the report and the command line of the step follow from this line.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]

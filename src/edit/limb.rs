@@ -1,4 +1,4 @@
-//! Moves an arm or a leg to a goal, frame by frame.
+//! Brings an arm or a leg to a goal, in one frame after the other.
 
 use glam::{Quat, Vec3};
 use mocap_figure::axes::{angle_about, bend_axis};
@@ -15,7 +15,7 @@ use super::frames::Frames;
 use super::inertia::ease;
 use super::target::node_named;
 
-/// A limb, by its end.
+/// A limb, which is named by the hand or the foot at its end.
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,7 +38,7 @@ impl Limb {
     /// The names of all limbs.
     pub(super) const NAMES: &'static [&'static str] = &["left-hand", "right-hand", "left-foot", "right-foot"];
 
-    /// Its name.
+    /// The name of the limb.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::LeftHand => "left-hand",
@@ -59,8 +59,8 @@ impl Limb {
         matches!(self, Self::LeftHand | Self::RightHand)
     }
 
-    /// The upper bone, the lower bone and the end, and the bones of the trunk that may carry the limb, the nearest
-    /// first.
+    /// The upper bone, the lower bone, and the hand or foot, all of the left side. Also the bones of the trunk that may
+    /// carry the limb, the nearest first.
     fn bones(self) -> ([Bone; 3], &'static [Bone]) {
         match self.is_arm() {
             true => (
@@ -72,8 +72,8 @@ impl Limb {
     }
 
     /// Two directions of the most natural bend: from the first joint of the limb to its end, and from this line to the
-    /// middle joint. Both are in the frame of the T-pose, for the left side. An arm in front of the body has its elbow
-    /// below and a little outside. A standing leg has its knee in front.
+    /// elbow or knee. Both are in the coordinate frame of the T-pose, for the left side. An arm in front of the body
+    /// has its elbow below and a little outside. A standing leg has its knee in front.
     fn natural(self) -> [Vec3; 2] {
         match self.is_arm() {
             true => [Vec3::new(0.3, -0.4, 1.0), Vec3::new(0.4, -1.0, 0.0)],
@@ -82,37 +82,38 @@ impl Limb {
     }
 }
 
-/// Two angles between the old and new direction of a limb, in radians. Up to the first, the plane of the limb follows
-/// by the shortest rotation. At the second angle or more, the plane is [`Limb::natural`], because the shortest rotation
-/// is undefined near 180 degrees.
+/// Two angles between the old and the new direction of a limb, in radians. Up to the first angle, the plane in which
+/// the limb bends turns with the limb, by the shortest rotation. From the second angle on, it is the plane of
+/// [`Limb::natural`], because the shortest rotation is undefined near 180 degrees.
 const CARRIED: [f32; 2] = [1.0, 2.0];
 
-/// The displacement of a limb, as a fraction of its length, at or above which the plane keeps none of its motion from
-/// frame to frame.
+/// The displacement of the end of a limb, as a fraction of the limb's length. At or above this displacement, the plane
+/// in which the limb bends keeps none of its motion from frame to frame.
 const FAR: f32 = 0.3;
 
-/// The length of the hinge axis of the T-pose, as `HINGE_AT_REST` of the knee. It is small beside the axes of bends,
-/// whose length is the sine of their angle.
+/// The length of the hinge axis that the T-pose gives. Each frame of the motion gives an axis whose length is the sine
+/// of the bend. The axis of the T-pose is shorter, so that it counts less than the motion.
 const HINGE_OF_T_POSE: f32 = 0.05;
 
-/// The joints of a limb, and the axes about which it bends.
+/// The joints of a limb, and the axes that determine how it bends.
 pub(super) struct LimbChain {
     is_arm: bool,
     pub(super) start: NodeId,
     middle: NodeId,
     end: NodeId,
-    /// The node that moves to the goal: the end of the limb, or a node below.
+    /// The node that comes to the goal: the wrist or the ankle, or a node below.
     pub(super) tip: NodeId,
-    /// The axis about which the limb bends, in the frame of its first joint.
+    /// The axis about which the limb bends, in the coordinate frame of its first joint.
     hinge: Vec3,
-    /// The joint of the trunk that carries the limb, and the rotation from the frame of the T-pose to this joint.
+    /// The joint of the trunk that carries the limb, and the rotation from the coordinate frame of the T-pose to the
+    /// coordinate frame of this joint.
     trunk: (NodeId, Quat),
-    /// The direction of [`Limb::natural`], and the normal of its plane.
+    /// The first direction of [`Limb::natural`], and the normal of the plane of both directions.
     natural: [Vec3; 2],
 }
 
 impl LimbChain {
-    /// `tip` names the node that moves to the goal.
+    /// `tip` names the node that comes to the goal; without it, this is the wrist or the ankle.
     pub(super) fn new(scene: &Scene, body: &Body, limb: Limb, tip: Option<&str>) -> Result<Self> {
         let (bones, trunks) = limb.bones();
         let joint = |bone: Bone| -> Result<NodeId> {
@@ -156,7 +157,7 @@ impl LimbChain {
         })
     }
 
-    /// Takes the hinge from the axis about which the limb bends in the motion.
+    /// Sets the hinge axis to the mean axis about which the limb bends in `frames`.
     pub(super) fn see_hinge(&mut self, scene: &Scene, frames: &Frames) {
         let mut pose = Pose::rest(scene);
         let mut sum = Vec3::ZERO;
@@ -173,8 +174,9 @@ impl LimbChain {
         [self.start, self.middle, self.end]
     }
 
-    /// The positions of a limb in a pose, and its goal. A hand moves with its forearm as one, so the lower bone ends at
-    /// the tip. A foot keeps its rotation, so the goal of the ankle is the place from which the tip reaches its goal.
+    /// The positions of a limb in a pose, and the goal of its last joint. A hand turns with its forearm, so the lower
+    /// bone of an arm ends at the tip. A foot keeps its rotation, so the goal of the ankle is the position at which the
+    /// tip is at `goal`.
     fn aim(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Aim {
         let (last, goal) = match self.is_arm {
             true => (self.tip, goal),
@@ -192,12 +194,12 @@ impl LimbChain {
         }
     }
 
-    /// The vector from the first joint to the goal of the tip.
+    /// The vector from the first joint of the limb to the goal.
     pub(super) fn to_goal(&self, pose: &Pose, goal: Vec3) -> Vec3 {
         goal - self.reach(pose).0
     }
 
-    /// The most natural bend towards a direction, for this rotation of the trunk.
+    /// The most natural bend if the limb points towards `towards` and the trunk has the rotation `trunk`.
     pub(super) fn natural(&self, trunk: Quat, towards: Vec3) -> NaturalBend {
         NaturalBend {
             towards,
@@ -205,7 +207,7 @@ impl LimbChain {
         }
     }
 
-    /// A ball around all goals that the tip can reach in a pose: its centre and radius.
+    /// The centre and the radius of a ball that contains all points that the tip can reach in a pose.
     pub(super) fn reach(&self, pose: &Pose) -> (Vec3, f32) {
         let last = if self.is_arm { self.tip } else { self.end };
         let joints = [self.start, self.middle, last].map(|node| pose.position(node));
@@ -214,14 +216,14 @@ impl LimbChain {
         (joints[0] + carried, radius)
     }
 
-    /// The rotation of the trunk that carries the limb, from the frame of the T-pose to the world.
+    /// The rotation of the trunk that carries the limb, from the coordinate frame of the T-pose to the world.
     pub(super) fn trunk(&self, pose: &Pose) -> Quat {
         let (joint, frame_to_joint) = self.trunk;
         (rotation_of(&pose.node_to_world[joint.index()]) * frame_to_joint.inverse()).normalize()
     }
 
-    /// The angle between the plane of the limb and the most natural plane, about the line to the goal. The plane
-    /// follows the limb by the shortest rotation.
+    /// The angle from the most natural plane to the plane in which the limb bends, about the line to the goal. For
+    /// this, the plane turns with the limb to the direction of the goal, by the shortest rotation.
     pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Swivel {
         let aim = self.aim(pose, goal, natural);
         let old = aim.joints[2] - aim.joints[0];
@@ -241,9 +243,9 @@ impl LimbChain {
         }
     }
 
-    /// Rotates the limb of `pose` so that its tip comes to `goal`, in the world. Its plane is rotated by `swivel` from
-    /// the most natural plane. Returns the remaining distance. A hand rotates with its forearm, a foot keeps its
-    /// rotation.
+    /// Rotates the limb of `pose` so that its tip comes to `goal`, a point of the world. The limb bends in the most
+    /// natural plane, rotated by `swivel` about the line to the goal. A hand rotates with its forearm, but a foot keeps
+    /// its rotation. Returns the remaining distance.
     pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (natural, swivel): (NaturalBend, f32)) -> f32 {
         let end_before = rotation_of(&pose.node_to_world[self.end.index()]);
         let aim = self.aim(pose, goal, natural);
@@ -261,36 +263,36 @@ impl LimbChain {
     }
 }
 
-/// The most natural bend of a limb towards a direction, in the world.
+/// The most natural bend of a limb that points towards the direction `towards`, in the world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NaturalBend {
     towards: Vec3,
-    /// The normal of the limb's plane.
+    /// The normal of the plane in which the limb bends.
     normal: Vec3,
 }
 
-/// The positions of a limb in a pose, and its goal.
+/// What the solver needs to know of a limb in one pose.
 struct Aim {
     joints: [Vec3; 3],
-    /// The goal of the last of these joints.
+    /// The goal of the last joint.
     goal: Vec3,
-    /// The direction from the first joint to the goal.
+    /// The direction from the first joint to the goal; `None` if both are at one point.
     along: Option<Vec3>,
     /// The normal of the plane in which the limb bends.
     normal: Vec3,
-    /// The normal of the most natural plane at the goal.
+    /// The normal of the most natural plane for a limb that points at the goal.
     natural: Vec3,
 }
 
 /// The rotation of a limb's plane about the line to its goal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Swivel {
-    /// The angle from the most natural plane, in radians.
+    /// The angle from the most natural plane to the limb's plane, in radians.
     pub(super) angle: f32,
-    /// How well the angle is known, from 0 to 1.
+    /// How certain the angle is: 0 for an arbitrary angle, 1 for a certain one.
     pub(super) known: f32,
-    /// The fraction of the plane's own motion from frame to frame that is kept, from 0 to 1. A limb that is moved far
-    /// keeps none.
+    /// The fraction of the plane's own motion from frame to frame that is kept, from 0 to 1. It is 0 if the limb is
+    /// moved by [`FAR`] or more.
     pub(super) detail: f32,
 }
 

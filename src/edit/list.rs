@@ -12,9 +12,9 @@ use serde_json::{Map, Value};
 
 use super::{EditStep, StepInput, StepReport, text};
 
-/// Declares the file of each step as a module and re-exports its public items, of which the first is the step. Makes
-/// [`EditStep`] and [`StepReport`] of the steps. The report of a step follows `=>`. The module `report` has these
-/// reports and the reports of files without a step.
+/// Declares the file of each step as a module, and re-exports the public items of this file. The first item is the
+/// step, and the report of the step follows `=>`. The macro makes the enums [`EditStep`] and [`StepReport`] from this
+/// list. It also makes the module `report`, which has all reports, also those of files without a step.
 macro_rules! steps {
     (
         report { $($shared:ident: $shared_report:ident;)* }
@@ -26,12 +26,12 @@ macro_rules! steps {
         )*
 
         pub mod report {
-            //! The changes of steps.
+            //! The reports of steps: what a step changed.
 
             $(pub use super::$shared::$shared_report;)*
             $($(pub use super::$file::{$($report),+};)?)*
 
-            /// What a step changed, as the step itself reports it.
+            /// The report of a step. Each variant has the report type of one step.
             ///
             /// [`EditStep`](crate::EditStep) has an example.
             #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -53,10 +53,10 @@ macro_rules! steps {
         }
         use self::report::StepReport;
 
-        /// Any of the steps, with its options.
+        /// A step with its options.
         ///
-        /// As text it is `NAME:key=value,...`, as the command line takes it; as JSON an object with the name in `step`
-        /// and the options beside it, or that text.
+        /// As text, it is `NAME:key=value,...`, as on the command line. As JSON, it is an object with the name of the
+        /// step in `step` and the options as further keys, or a string with the text.
         ///
         /// ```
         /// # std::env::set_current_dir("../..").unwrap();
@@ -92,7 +92,8 @@ macro_rules! steps {
                 match self { $(Self::$step(_) => StepInfo::of::<$step>(),)* }
             }
 
-            /// The number of the second motion among the inputs of a command, counted from 1, if the options state it.
+            /// The number of the second motion among the inputs of a command, counted from 1. `None` if the options do
+            /// not state it.
             pub fn with(&self) -> Option<usize> {
                 match self { $(Self::$step(step) => step.with(),)* }
             }
@@ -146,7 +147,8 @@ impl EditStep {
     /// Applies the step to a scene, and records it in [`Metadata::steps`](mocap_scene::scene::Metadata::steps).
     ///
     /// # Errors
-    /// The errors of the step; [`Code::InvalidValue`] without a second motion that it needs. `scene` is then unchanged.
+    /// The errors of the step. [`Code::InvalidValue`] if the step needs a second motion and `input` has none. After an
+    /// error, `scene` is unchanged.
     pub fn apply(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<EditReport> {
         let changed = self.report(scene, input)?;
         let other = input.other.filter(|_| self.needs_other());
@@ -159,8 +161,8 @@ impl EditStep {
         })
     }
 
-    /// Reads a step from a JSON value, as files record it: an object with the name in `step` and the options beside it,
-    /// or the step as text.
+    /// Reads a step from a JSON value, as files record it. The value is an object with the name of the step in `step`
+    /// and the options as further keys, or a string with the step as text.
     ///
     /// # Errors
     /// As [`list_from_json`](Self::list_from_json).
@@ -174,8 +176,8 @@ impl EditStep {
 }
 
 impl EditStep {
-    /// Reads the steps of a JSON list. Each is an object with the name in `step` and the options beside it, or the step
-    /// as text.
+    /// Reads the steps of a JSON list. An entry is an object with the name of the step in `step` and the options as
+    /// further keys, or a string with the step as text.
     ///
     /// ```
     /// use mocap::edit::EditStep;
@@ -190,8 +192,8 @@ impl EditStep {
     /// ```
     ///
     /// # Errors
-    /// [`Code::UnknownOption`] for a step or an option that does not exist, [`Code::InvalidValue`] for a value that an
-    /// option does not take, and for another text.
+    /// [`Code::UnknownOption`] for a step or an option that does not exist. [`Code::InvalidValue`] for a value that an
+    /// option does not take, and for a text that is no such list.
     pub fn list_from_json(text: &str) -> Result<Vec<Self>> {
         let list: Vec<Value> = serde_json::from_str(text).map_err(|error| {
             let message = format!("steps must be a JSON list, such as [\"mirror\", \"smooth:cut-off=8\"]: {error}");
@@ -201,7 +203,7 @@ impl EditStep {
     }
 }
 
-/// Writes the step as an object with the name in `step` and the options beside it.
+/// Writes the step as an object with the name of the step in `step` and the options as further keys.
 impl Serialize for EditStep {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let keys = self.keys();
@@ -214,7 +216,7 @@ impl Serialize for EditStep {
     }
 }
 
-/// Reads the step from such an object, or from text.
+/// Reads the step from such an object as `Serialize` writes, or from text.
 impl<'de> Deserialize<'de> for EditStep {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
@@ -222,7 +224,8 @@ impl<'de> Deserialize<'de> for EditStep {
     }
 }
 
-/// Prints the name and every option in the order of their names, including those that were not given.
+/// Prints the name of the step and all its options, in the order of the option names. An option that was not given has
+/// its default.
 impl fmt::Display for EditStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&text::of(self.info(), &self.keys()))
@@ -240,14 +243,14 @@ impl std::str::FromStr for EditStep {
 
 /// What a step changed.
 ///
-/// It prints as the line of `mocap edit`, for example `fill: 2 gaps filled, 0 longer ones left; ...`.
+/// As text, it is the line that `mocap edit` prints, for example `fill: 2 gaps filled, 0 longer gaps not filled; ...`.
 ///
 /// [`EditStep`](crate::EditStep) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct EditReport {
-    /// The step with all its options. In JSON it is text.
+    /// The step with all its options. In JSON, it is a string `NAME:key=value,...`.
     #[serde(serialize_with = "step_as_text")]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub step: EditStep,
@@ -257,7 +260,7 @@ pub struct EditReport {
     /// The quality of the retargeting, if the second motion had another skeleton.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retargeted: Option<String>,
-    /// What the step changed. In JSON its numbers have the digits of 64 bits.
+    /// The report of the step. In JSON, a 32-bit number is written with the digits of the equal 64-bit number.
     #[serde(serialize_with = "as_value")]
     pub changed: StepReport,
 }

@@ -1,13 +1,13 @@
 //! Removes foot sliding during ground contact.
 //!
-//! In each frame of a contact, the lock takes back the step by which the contact point slides. A foot may still roll
-//! from heel to ball, and turn. The lock shifts a foot as a whole and keeps its rotation in the world;
-//! [two-bone inverse kinematics](mocap_scene::Pose::bend_limb) moves the leg. Between contacts the shift eases out and
-//! in without a jump in speed.
+//! In each frame of a contact, the lock shifts the foot back by the distance that the contact point slid. The shift
+//! moves the foot as a whole. It keeps the foot's rotation in the world, so a foot may still roll from heel to ball,
+//! and turn. [Two-bone inverse kinematics](mocap_scene::Pose::bend_limb) moves the leg. After a contact, the shift
+//! fades out, and before the next contact it fades in, without a jump in speed.
 //!
 //! Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing" (2002), lengthen the bones of a leg
-//! that is too short. Here the hips give way instead, and bones keep their lengths. Nearly straight legs need this
-//! most: one millimetre at the foot moves their knees by centimetres.
+//! that is too short. This lock moves the hips instead, and bones keep their lengths. Nearly straight legs profit most,
+//! because a shift of the foot by one millimetre moves such a knee by centimetres.
 
 mod animal;
 mod follow;
@@ -46,23 +46,25 @@ use super::frames::Frames;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FootLockOptions {
-    /// When a foot is in contact.
+    /// The thresholds that decide when a foot is in contact.
     pub contacts: ContactOptions,
-    /// Known contacts, for example of the source of a retargeted motion. They must have as many frames as the motion.
-    /// Default: `None`, contacts are detected.
+    /// The contacts, if the caller knows them, for example from the source of a retargeted motion. They must have as
+    /// many frames as the motion. Default: `None`, the lock finds the contacts.
     pub known: Option<DetectedContacts>,
-    /// Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2.
+    /// Seconds before a contact during which the shift of the foot fades in, and after a contact during which it fades
+    /// out. Default: 0.2.
     pub blend: f64,
-    /// The largest change of any other joint, in metres. The lock of a foot that would move a knee or the hips farther
-    /// is relaxed, and the foot keeps a part of its slide. Default: `None`, no lock is relaxed for this reason.
+    /// The largest distance by which the lock may move a joint that is not part of a foot, in metres. If a full lock
+    /// would move a knee or the hips farther, a part of the sliding remains. Default: `None`, no limit.
     pub largest_change: Option<f64>,
-    /// The height of the floor along the up axis, in metres. Default: where the feet rest.
+    /// The height of the floor along the up axis, in metres. Default: the height at which the feet rest.
     pub floor: Option<f32>,
     /// The bones, if the caller knows them.
     pub humanoid: Option<Humanoid>,
     /// The weights of the lock.
     pub weights: FootLockWeights,
-    /// The height along the up axis of each known point in contact, in metres. Empty: each point keeps its height.
+    /// For each point of `known`, its height along the up axis in contact, in metres. If the list is empty, each point
+    /// keeps its height.
     pub(super) levels: Vec<f32>,
 }
 
@@ -93,50 +95,54 @@ impl Default for FootLockOptions {
     }
 }
 
-/// What [`foot_lock()`] changed. Lengths are in metres.
+/// The report of [`foot_lock()`]. Lengths are in metres.
 ///
 /// [`foot_lock()`](crate::foot_lock()) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FootLockReport {
-    /// The distance that the feet slid in contact, summed over all frames.
+    /// The distance that the feet slid during contacts before the lock, as the sum over all frames.
     pub slide_before: f64,
-    /// The distance that they slide after the lock.
+    /// The distance that the feet slide during contacts after the lock, as the sum over all frames.
     pub slide_after: f64,
     /// The number of contacts.
     pub contacts: usize,
-    /// The largest shift of a foot.
+    /// The largest distance by which the lock shifted a foot.
     pub largest_shift: f32,
-    /// The deepest point of a foot below the floor before.
+    /// The depth of the deepest point of a foot below the floor, before the lock.
     pub deepest_before: f32,
-    /// The largest distance by which the hips were lowered.
+    /// The largest distance by which the lock lowered the hips.
     pub hips_lowered: f32,
-    /// The largest distance by which the hips were raised.
+    /// The largest distance by which the lock raised the hips.
     pub hips_raised: f32,
-    /// The largest change of a joint that belongs to no foot, such as a knee or the head.
+    /// The largest distance by which the lock moved a joint that is not part of a foot, such as a knee or the head.
     pub largest_other_change: f32,
-    /// The name of that joint.
+    /// The name of the joint with `largest_other_change`.
     pub largest_other_joint: String,
-    /// The frames in which the left and the right leg are too short to reach the target of the foot.
+    /// For the left and the right leg, the number of frames in which the leg is too short to bring the foot to its
+    /// target.
     pub out_of_reach: [usize; 2],
-    /// The largest distance of such a foot from its target.
+    /// For the left and the right leg, the largest distance of the foot from its target in the frames of
+    /// `out_of_reach`.
     pub farthest_out_of_reach: [f32; 2],
-    /// The largest ratio of the speed of a foot to its speed without the lock, around the same frame. Above
-    /// [`FootLockWeights::speed_ratio`] the lock is relaxed.
+    /// The largest ratio of the speed of a foot after the lock to its speed before the lock, around the same frame. If
+    /// the ratio would be above [`FootLockWeights::speed_ratio`], the lock shifts the foot less, so that some sliding
+    /// remains.
     pub speed_ratio: f32,
-    /// The largest ratio of accelerations, measured in the same way. Above
-    /// [`FootLockWeights::acceleration_ratio`] the lock is relaxed.
+    /// The largest ratio of the acceleration of a foot after the lock to its acceleration before the lock, around the
+    /// same frame. If the ratio would be above [`FootLockWeights::acceleration_ratio`], the lock shifts the foot less.
     pub acceleration_ratio: f32,
-    /// The frames in which the lock of the left and of the right foot is relaxed.
+    /// For the left and the right foot, the number of frames in which the lock shifts the foot less, so that some
+    /// sliding remains.
     pub given_way: [usize; 2],
 }
 
 /// Removes the foot sliding of `animation`, an index into the animations of `scene`, and keeps the feet above the
 /// floor. Bones keep their lengths.
 ///
-/// For an animal on four legs, only `blend` counts: paws in stance are held at their mean place, and contacts are found
-/// relative to the length of its legs.
+/// For an animal on four legs, only the option `blend` has an effect. The lock holds each paw in stance at its mean
+/// position, and finds contacts relative to the length of the legs.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -149,12 +155,12 @@ pub struct FootLockReport {
 /// ```
 ///
 /// # Errors
-/// - As [`ContactOptions::detect`](crate::ContactOptions::detect)
+/// - The errors of [`ContactOptions::detect`](crate::ContactOptions::detect)
 /// - [`Code::NotHumanoid`] also if a leg lacks a joint
-/// - [`Code::InvalidValue`] if known contacts have another number of frames, the floor is more than a leg above the
-///   feet, or a weight is out of its range
+/// - [`Code::InvalidValue`] if `known` has another number of frames, if the floor is higher above the feet than a leg
+///   is long, or if a weight is out of its range
 ///
-/// `scene` is then unchanged.
+/// After an error, `scene` is unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
     options.weights.check()?;
@@ -204,13 +210,14 @@ fn locked<'a>(
         }
     };
     let rests = match options.known {
-        // Known contacts may come from another body with another floor, so the floor is detected.
+        // The known contacts may come from another body with another floor. So the height of the floor comes from
+        // contacts that are found in this motion.
         Some(_) => detected(&legs).floor,
         None => contacts.floor,
     };
     let floor = options.floor.unwrap_or(rests);
     let leg = legs.length(scene) * figure.metres();
-    // A floor below the feet is accepted: it moves no foot.
+    // A floor far below the feet is accepted, because it moves no foot.
     if !floor.is_finite() || floor - rests > leg {
         let message = format!(
             "floor must be finite and at most {leg:.3} m (the length of a leg) above the resting height of the feet, {rests:.3} m, got {floor}"
@@ -230,8 +237,8 @@ fn locked<'a>(
     Ok((legs, report))
 }
 
-/// Removes the foot sliding of a retargeted motion during the contacts of its source. The feet get the source's heights
-/// above the floor. `figure` is the figure of `scene`.
+/// Removes the foot sliding of a retargeted motion during the contacts of its source. The feet get the heights above
+/// the floor that they have in the source. `figure` is the figure of `scene`.
 #[doc(hidden)]
 pub fn follow_feet(
     scene: &mut Scene,

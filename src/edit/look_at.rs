@@ -24,11 +24,12 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Turns neck and head so that the figure looks at a target in a range of a motion. The line of sight goes through
-    /// the target. It starts between the eyes, or at the joint of the head, and points forward. The neck takes a
-    /// fraction of the rotation, the head the rest. Beyond the limit, an angle from the facing of the trunk, the head
-    /// stays behind smoothly. The figure does not look at a target behind its back. The head follows a faster target
-    /// with at most 400 degrees per second: it starts earlier and arrives later.
+    /// Turns neck and head so that, during a time range, the figure looks at a target. The line of sight then goes
+    /// through the target. This line points forward from the middle between the eyes, or from the head joint if the
+    /// skeleton has no eyes. The neck takes a fraction of the rotation, and the head takes the remaining rotation. If
+    /// the target is farther to the side than `limit`, the figure no longer looks exactly at the target: the head stops
+    /// at most 15 degrees after the limit. The figure does not look at a target behind its back. The step adds at most
+    /// 400 degrees of rotation per second. If the target moves faster, the turn starts earlier and ends later.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -44,17 +45,19 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`], also without a head; [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] as
-    /// of [`Reach`](crate::Reach), for a fraction that is not from 0 to 1, and for a limit that is negative.
+    /// - [`Code::NotHumanoid`] if the skeleton is no humanoid or has no head
+    /// - [`Code::NoMotion`] if the scene lacks the animation
+    /// - [`Code::InvalidValue`] for the target and the range as in [`Reach`](crate::Reach), for a fraction that is not
+    ///   from 0 to 1, and for a negative limit
     LookAt {
-        /// The target. It must be given.
+        /// The target: a point of the world in metres, or the name of a node. It must be given.
         at: Option<ReachTarget> = None, ValueKind::Target;
         /// The fraction of the rotation that the neck takes. Default: 0.4.
         neck: f64 = 0.4, ValueKind::Fraction;
-        /// The largest angle between the facing of the trunk and the target at which the figure looks at the target, in
-        /// degrees. Default: 80.
+        /// The angle between the direction that the trunk faces and the direction to the target, in degrees. Up to this
+        /// angle, the figure looks exactly at the target. Default: 80.
         limit: f64 = 80.0, ValueKind::Degrees;
-        /// The range in which the figure looks at the target. Default: the whole motion.
+        /// The time range during which the figure looks at the target. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
         /// Duration of the turn to the target before the range, in seconds. Default: 0.4.
         ease_in: f64 = 0.4, ValueKind::Seconds;
@@ -63,11 +66,11 @@ step! {
     }
 }
 
-/// The largest angle beyond the limit to which the head follows, in radians.
+/// The head turns at most this angle farther than the limit, in radians.
 const BEYOND: f32 = 0.26;
 
-/// Two angles between the facing of the trunk and the target, in radians. Between 120 and 160 degrees, the figure
-/// gradually stops looking.
+/// Two angles between the direction that the trunk faces and the direction to the target, in radians. Between them (120
+/// and 160 degrees), the figure gradually stops looking.
 const BEHIND: [f32; 2] = [2.094, 2.793];
 
 /// The largest speed of the rotation that is added to the motion, in radians per second: 400 degrees. A turn to the
@@ -77,7 +80,8 @@ const FASTEST: f32 = 6.98;
 /// The smallest angle by which a slowed rotation visibly misses the target, in radians: a tenth of a degree.
 const BEHIND_TIME: f32 = 0.0017;
 
-/// The number of rotations towards the target. Each moves the eyes too, but only by a tenth of the rotation before.
+/// The number of rotations towards the target. Each rotation also moves the eyes, so the next one corrects an error
+/// that is about a tenth as large.
 const ROUNDS: usize = 8;
 
 impl Step for LookAt {
@@ -93,7 +97,7 @@ impl Step for LookAt {
         let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
         let Some(at) = &self.at else {
             return refuse(
-                "look-at takes a target: at=0.3/1.2/5 in metres, or at=NAME of a joint, a bone or a node".into(),
+                "look-at needs a target: at=0.3/1.2/5 in metres, or at=NAME of a joint, a bone or a node".into(),
             );
         };
         if !(0.0..=1.0).contains(&self.neck) {
@@ -318,7 +322,7 @@ impl Gaze {
     }
 }
 
-/// What [`LookAt`] did.
+/// The report of [`LookAt`].
 ///
 /// [`LookAt`](crate::LookAt) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -327,15 +331,15 @@ impl Gaze {
 pub struct LookAtReport {
     /// The first and the last frame in which the figure should look at the target.
     pub range: [usize; 2],
-    /// The number of these frames.
+    /// The number of frames in `range`.
     pub frames: usize,
-    /// The number of these frames in which the target is beyond the limit or moves too fast.
+    /// The number of frames in `range` in which the target is beyond the limit or moves too fast.
     pub beyond: usize,
-    /// The largest angle from the target in such a frame, in degrees.
+    /// The largest angle between the line of sight and the target in the frames of `beyond`, in degrees.
     pub largest_angle: f32,
-    /// The largest distance of the line of sight from the target in the other frames, in metres.
+    /// The largest distance of the line of sight from the target in the frames that are not in `beyond`, in metres.
     pub farthest: f32,
-    /// The largest change of the gaze direction, in degrees.
+    /// The largest angle by which the step turned the line of sight, in degrees.
     pub turned: f32,
 }
 
@@ -344,12 +348,16 @@ impl fmt::Display for LookAtReport {
         let [first, last] = self.range;
         write!(f, "frames {first} to {last}: ")?;
         match self.beyond {
-            0 => write!(f, "it looks at the target within {}", centimetres(self.farthest))?,
+            0 => write!(
+                f,
+                "the figure looks at the target within {}",
+                centimetres(self.farthest)
+            )?,
             beyond => {
                 let angle = degrees(self.largest_angle);
                 write!(
                     f,
-                    "beyond the limit in {beyond} of {} frames, by {angle} at most",
+                    "the target is beyond the limit in {beyond} of {} frames, by {angle} at most",
                     self.frames
                 )?;
             }

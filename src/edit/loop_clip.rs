@@ -21,8 +21,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position
-    /// over the ground differs. Joint velocities are continuous at the seam.
+    /// Cuts a motion to a loop. Without `frames`, the loop starts and ends at the two frames whose poses, speeds and
+    /// foot contacts match best. The last frame equals the first frame, except for the position over the ground. Joint
+    /// velocities are continuous at the seam, where the loop starts again.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -35,8 +36,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where the motion is too short for a loop, or
-    /// an option is not valid.
+    /// [`Code::NoMotion`] if the scene lacks the animation; [`Code::InvalidValue`] if the motion is too short for a
+    /// loop, or an option is not valid.
     Loop {
         /// The first and the last frame of the loop. Default: the two frames that match best.
         frames: Option<[usize; 2]> = None, ValueKind::FrameRange;
@@ -44,7 +45,8 @@ step! {
         shortest: f64 = 0.6, ValueKind::Seconds;
         /// The longest loop to look for, in seconds. Default: 4.
         longest: f64 = 4.0, ValueKind::Seconds;
-        /// Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
+        /// Seconds after the seam during which the difference between the first and the last pose fades out. Default:
+        /// 0.3.
         blend: f64 = 0.3, ValueKind::Seconds;
         /// Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`.
         in_place: bool = false, ValueKind::Flag;
@@ -63,22 +65,24 @@ impl Step for Loop {
     }
 }
 
-/// What [`Loop`] did.
+/// The report of [`Loop`].
 ///
 /// [`Loop`](crate::Loop) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LoopReport {
-    /// The first frame of the loop in the earlier motion.
+    /// The number of the first frame of the loop in the motion before the step.
     pub first: usize,
-    /// The last frame, which shows the same phase of the next cycle.
+    /// The number of the last frame of the loop in the motion before the step.
     pub last: usize,
-    /// The largest difference of a rotation at the seam that was faded out, in degrees.
+    /// The largest difference between the rotations of a joint at both ends of the loop, in degrees. The step fades it
+    /// out.
     pub largest_rotation: f32,
-    /// How far the figure goes over the ground in a cycle, in metres; 0 if it stays in place.
+    /// The distance that the figure moves over the ground in one cycle of the loop, in metres. It is 0 if the loop
+    /// stays in place.
     pub distance: f32,
-    /// Whether the same feet are on the ground at both ends.
+    /// Whether the same feet are on the ground in the first and in the last frame of the loop.
     pub contacts_agree: bool,
 }
 
@@ -100,13 +104,14 @@ impl fmt::Display for LoopReport {
     }
 }
 
-/// The largest number of frames among which the best cut is searched. A longer motion is sampled evenly.
+/// The largest number of frames that are compared to find the best cut. A longer motion is sampled evenly.
 const CANDIDATES: usize = 200;
 
-/// The largest squared distance of a calmer cut, as a multiple of the smallest squared distance.
+/// A cut in calmer frames is preferred if the squared distance of its two poses is at most this multiple of the
+/// smallest squared distance.
 const CALM: f32 = 3.0;
 
-/// The approximate number of frames of a cycle that are examined for a calmer cut.
+/// The approximate number of frames of a cycle that are examined to find a cut in calmer frames.
 const MOMENTS: usize = 60;
 
 fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result<LoopReport> {
@@ -186,8 +191,8 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     Ok(report)
 }
 
-/// The sum of the squared speeds of joints relative to the carrier at a frame. A frame with little motion, such as a
-/// frame with both feet on the ground, has the least sum, and a seam there is least visible.
+/// The sum of the squared speeds of the joints at a frame, relative to the joint that carries the figure. A seam is
+/// least visible in a frame with a small sum, for example with both feet on the ground.
 fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
     let pose_at = |frame: usize| {
         let mut pose = Pose::rest(scene);
@@ -243,12 +248,12 @@ fn best(
     };
     let candidates: Vec<usize> = (0..frames.len()).step_by(stride).collect();
     let (_, first, last) = consider(&candidates, &candidates)?;
-    // Searches all frames near the best candidates.
+    // Compares all frames near the two best candidates.
     let near = |frame: usize| -> Vec<usize> {
         (frame.saturating_sub(stride)..=(frame + stride).min(frames.len() - 1)).collect()
     };
     let (least_cost, first, last) = consider(&near(first), &near(last))?;
-    // Shifts the same cycle in time to find the frame with the least motion.
+    // Shifts the cycle in time, so that it starts at the frame with the least motion.
     let length = last - first;
     let step = (length / MOMENTS).max(1);
     let earliest = first - step * (first.min(length / 2) / step);

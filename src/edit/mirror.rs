@@ -1,4 +1,4 @@
-//! Exchanges left and right.
+//! Mirrors a motion, so that left and right are exchanged.
 
 mod partners;
 mod reference;
@@ -22,15 +22,16 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Mirrors a motion across the mean plane of the figure: the right side moves as the left side did. A figure that
+    /// Mirrors a motion: the right side of the figure moves as the left side did, and the left side as the right side
+    /// did. The mirror is a vertical plane, whose normal is the mean direction to the figure's left. A figure that
     /// walks forward still walks forward.
     ///
-    /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
-    /// rotation of each from the rest pose is reflected. A rest pose whose sides are no mirror images is replaced by
-    /// the T-pose, in which each bone is turned about itself as on the average of the motion. For an animal on four
-    /// legs, it is the pose in which the animal stands. Offsets stay, and so each side keeps its lengths. Mirrored
-    /// twice, a motion is what it was. On the face of a VRM animation the winks of both eyes change places, and the
-    /// gaze is mirrored.
+    /// The step pairs joints by their bones, and joints below the bones by their positions. It does not use names. It
+    /// reflects the rotation of each joint relative to the rest pose. If the two sides of the rest pose are not mirror
+    /// images, a T-pose takes the place of the rest pose. In this T-pose, each bone has its mean roll in the motion.
+    /// For an animal on four legs, its standing pose takes the place of the rest pose. The offset of a joint from its
+    /// parent does not change, so the bones of each side keep their lengths. A second `mirror` restores the motion. In
+    /// a VRM animation, the step exchanges the winks of both eyes, and mirrors the gaze.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -43,7 +44,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`]; [`Code::NoMotion`] without this animation. `scene` is then unchanged.
+    /// [`Code::NotHumanoid`]; [`Code::NoMotion`] if the scene lacks the animation. `scene` is then unchanged.
     Mirror {}
 }
 
@@ -59,21 +60,22 @@ impl Step for Mirror {
     }
 }
 
-/// What [`Mirror`] changed.
+/// The report of [`Mirror`].
 ///
 /// [`Mirror`](crate::Mirror) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MirrorReport {
-    /// Pairs of joints that exchanged their motion.
+    /// The number of pairs of joints that exchanged their motion.
     pub pairs: usize,
-    /// Joints on one side that have no partner; each mirrors its own motion.
+    /// The names of the joints that belong to one side and have no partner on the other side. The motion of such a
+    /// joint is mirrored without an exchange.
     pub without_partner: Vec<String>,
-    /// The largest distance of a joint from the mirror image of its partner, in metres. It is 0 if both sides of the
-    /// skeleton are equal.
+    /// The largest distance between a joint and the mirror image of its partner before the step, in metres. It is 0 if
+    /// both sides of the skeleton are equal.
     pub largest_asymmetry: f32,
-    /// The name of that joint.
+    /// The name of the joint with `largest_asymmetry`.
     pub asymmetric_joint: String,
 }
 
@@ -82,13 +84,13 @@ impl fmt::Display for MirrorReport {
         write!(f, "{} of joints exchanged", counted(self.pairs, "pair"))?;
         if !self.without_partner.is_empty() {
             let alone = counted(self.without_partner.len(), "joint");
-            write!(f, ", {alone} of one side without a partner")?;
+            write!(f, ", {alone} without a partner on the other side")?;
         }
         if !self.asymmetric_joint.is_empty() {
             let off = centimetres(self.largest_asymmetry);
             write!(
                 f,
-                "; {} is farthest from the mirror image, by {off}",
+                "; the sides of the skeleton differ most at {}, by {off}",
                 self.asymmetric_joint
             )?;
         }
@@ -132,7 +134,8 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     };
     let partners = partners(scene, &figure.humanoid, reference, hips, normal);
 
-    // A channel that moves a joint also moves its partner, so partners are held even without a channel.
+    // If a channel moves a joint, its partner moves after the mirroring. So partners are stored even if no channel
+    // drives them.
     let binding = scene
         .animations
         .get(animation)
@@ -223,7 +226,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     Ok(report)
 }
 
-/// Exchanges the expressions of the left and right side, and mirrors the gaze.
+/// Exchanges the facial expressions of the left and the right side, and mirrors the gaze.
 fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) {
     for track in &mut tracks {
         let (is_now, mirrored) = (track.face.clone(), track.face.mirrored());
@@ -242,13 +245,13 @@ fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) 
     scene.set_face(animation, &tracks, false);
 }
 
-/// The direction to the left in the T-pose, which is aligned with the axes.
+/// The direction to the left of the figure in the T-pose `reference`, as the nearest axis.
 fn normal(figure: &Figure, reference: &Pose) -> Option<DVec3> {
     let at = |bone: HumanoidBone| Some(reference.position(figure.humanoid.joint(bone)?).as_dvec3());
     reference::along_axis(at(HumanoidBone::LeftUpperLeg)? - at(HumanoidBone::RightUpperLeg)?)
 }
 
-/// The data of the mirroring that are the same in all frames.
+/// The data that the mirroring of every frame needs.
 struct MirrorPlan<'a> {
     partners: &'a [NodeId],
     /// The rotations of the reference pose in the world.
@@ -257,9 +260,9 @@ struct MirrorPlan<'a> {
     normal: DVec3,
     /// The normal of the mirror plane in the world.
     plane: DVec3,
-    /// The rotation from the mirror image in the reference pose to the mirror image across the plane.
+    /// The rotation from the mirror image across the plane of the reference pose to the mirror image across `plane`.
     turn: DQuat,
-    /// Which held nodes change their translation.
+    /// For each stored node, whether its translation changes during the motion.
     moves: Vec<bool>,
     rest: Pose,
     /// The position of the topmost joint of the figure in the first frame.
@@ -288,8 +291,8 @@ impl<'a> MirrorPlan<'a> {
             frames.pose(frame, &mut pose);
             (rotation(&pose, hips.index()) * at_reference * normal).reject_from_normalized(up)
         };
-        // Averages up to 48 frames, because the hips of a runner swing by 30 degrees. The average is undefined if a
-        // figure turns all the way round, or if it lies on its side.
+        // Averages up to 48 frames, because the hips of a runner swing by 30 degrees. The average is near 0, and so
+        // unusable, if the figure turns all the way round or lies on its side.
         let stride = frames.len().div_ceil(48);
         let looked: Vec<DVec3> = (0..frames.len()).step_by(stride).map(&mut left_of).collect();
         let mean = looked.iter().sum::<DVec3>() / looked.len() as f64;
@@ -372,9 +375,10 @@ impl<'a> MirrorPlan<'a> {
         }
     }
 
-    /// The mirrored translation relative to the parent. A topmost node is reflected across the plane through the
-    /// position of the figure in the first frame; feet attached to the root of a rig are such nodes. Any other node is
-    /// displaced from its rest offset by the mirror image of its partner's displacement.
+    /// The mirrored translation relative to the parent. The position of a topmost node is reflected across the mirror
+    /// plane, which goes through the position of the figure in the first frame. Feet can be topmost nodes, if a rig
+    /// attaches them to its root. Any other node is displaced from its rest offset by the mirror image of its partner's
+    /// displacement.
     fn translation(
         &self,
         scene: &Scene,
@@ -407,7 +411,7 @@ impl<'a> MirrorPlan<'a> {
         (offset(node).as_dvec3() + moved).as_vec3()
     }
 
-    /// The transform to the world from the parent of a topmost node, which never moves.
+    /// The transform to the world from the parent of a topmost node. The parent never moves.
     fn above(&self, scene: &Scene, node: usize) -> DMat4 {
         let parent = scene.nodes[node].parent;
         parent.map_or(DMat4::IDENTITY, |parent| {
@@ -416,7 +420,7 @@ impl<'a> MirrorPlan<'a> {
     }
 }
 
-/// Whether nothing above a node moves.
+/// Whether no node above this node moves.
 fn is_topmost(scene: &Scene, node: usize, column_of: &[Option<usize>]) -> bool {
     let above = std::iter::successors(scene.nodes[node].parent, |parent| scene.nodes[parent.index()].parent);
     above.into_iter().all(|above| column_of[above.index()].is_none())

@@ -1,4 +1,4 @@
-//! Pins a hand, a foot or the tip of a chain to what it touches: another joint or a point.
+//! Pins a hand, a foot or the tip of a chain to its target: another joint or a point.
 
 use std::fmt;
 use std::ops::Range;
@@ -24,11 +24,12 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Holds a hand or a foot at the object that it touches. The limb keeps its mean position in the frame of the
-    /// target, which may move and rotate. If the limb is too short, it comes as near as possible. The limb is held in a
-    /// given range, or in every range in which it is near the target and slow relative to it. Two bones, or the joints
-    /// of a chain, turn as in [`reach`](crate::Reach). Nothing else changes. Use [`foot-lock`](crate::FootLock) for
-    /// feet on the floor, because it lets them roll.
+    /// Holds a hand or a foot at the object that it touches, the target. During a contact, the limb keeps its mean
+    /// position in the coordinate frame of the target. The target may move and rotate. If the limb is too short to
+    /// reach this position, it comes as near as possible. A contact is the given range. Without a range, it is every
+    /// time during which the limb is near the target and slow relative to the target. The bones turn as in
+    /// [`reach`](crate::Reach). Nothing else changes. For feet on the floor, use [`foot-lock`](crate::FootLock), which
+    /// lets a foot roll.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -43,31 +44,37 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// As [`Reach`](crate::Reach); [`Code::InvalidValue`] also with neither a target nor a part.
+    /// The errors of [`Reach`](crate::Reach), except that the target may be absent. [`Code::InvalidValue`] also if both
+    /// the target and the range are absent.
     Pin {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
-        /// The target that the limb touches. Default: the world, at the position of the limb.
+        /// The target that the limb touches: a point of the world in metres, or the name of a node. Default: the mean
+        /// position of the limb in `range`, which must then be given.
         to: Option<ReachTarget> = None, ValueKind::Target;
-        /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        /// For a skeleton without known limbs: the first joint of the chain that moves. It replaces `limb`. Default:
+        /// none.
         start: Option<String> = None, ValueKind::Name;
-        /// The joint that touches the target, at or below the hand or the foot, or below `start`. Default: the wrist or
-        /// the ankle, or the only end effector below `start`.
+        /// The joint that touches the target. It is the wrist, the ankle or a joint below. With `start`, it is a joint
+        /// below `start`. Default: the wrist or the ankle; with `start`, the only end effector below `start`.
         tip: Option<String> = None, ValueKind::Name;
-        /// The range of the contact. Default: detected.
+        /// The time range of the contact. Default: the step finds the contacts by `distance` and `speed`.
         range: Option<TimeRange> = None, ValueKind::TimeRange;
-        /// The largest distance of a detected contact from the target, in metres. Default: 0.3, from joint to joint.
+        /// If the step finds the contacts: the largest distance between `tip` and the origin of the target, in metres.
+        /// Default: 0.3, because joints are inside the body.
         distance: f64 = 0.3, ValueKind::Metres;
-        /// The largest speed of a detected contact relative to the target, in metres per second. Default: 0.25.
+        /// If the step finds the contacts: the largest speed of `tip` relative to the target, in metres per second.
+        /// Default: 0.25.
         speed: f64 = 0.25, ValueKind::MetresPerSecond;
-        /// Blend time before and after a contact, in seconds. Default: 0.2.
+        /// Duration of the movement to the target before a contact, and of the movement back after it, in seconds.
+        /// Default: 0.2.
         blend: f64 = 0.2, ValueKind::Seconds;
     }
 }
 
 impl Step for Pin {
     const NAME: &'static str = "pin";
-    const HELP: &'static str = "keep a hand, a foot or the tip of a chain on what it touches";
+    const HELP: &'static str = "keep a hand, a foot or the tip of a chain at its contact point";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = PinReport;
@@ -94,7 +101,7 @@ impl Step for Pin {
             let before = frames.clone();
             let held = hold(scene, &mut frames, &chain, &window, goal);
             let is = PinnedFrame::new(scene, &frames, &chain, target, inside, metres);
-            // Skip the contact: the limb is too short, and pinning it would increase sliding.
+            // Skips this contact, because the limb is too short, so that it would slide more than before.
             if self.range.is_none() && is.slide() > was.slide() {
                 frames = before;
                 report.left += 1;
@@ -117,14 +124,14 @@ impl Pin {
         not_negative(Code::InvalidValue, "blend", self.blend)?;
         match (&self.to, self.range) {
             (None, None) => {
-                let message = "pin takes a target, to=NAME or to=0.3/1.2/0.5, or a part, range=1..2";
+                let message = "pin needs a target (to=NAME or to=0.3/1.2/0.5) or a time range (range=1..2)";
                 Err(Diagnostic::new(Code::InvalidValue, message).into())
             }
             _ => Ok(()),
         }
     }
 
-    /// The frames in which the limb touches the target.
+    /// The ranges of frames in which the limb touches the target: the given range, or the contacts that are found.
     fn windows(
         &self,
         scene: &Scene,
@@ -146,9 +153,9 @@ impl Pin {
     }
 }
 
-/// The point nearest to `wanted`, in the frame of the target, that the limb can reach in all of `of_frames`. Each frame
-/// has a ball of reachable points. Balls are convex, so repeated projections converge to a common point if there is one
-/// (Bregman 1965).
+/// The point near `wanted` that the limb can reach in all of `of_frames`, in the coordinate frame of the target. In
+/// each frame, the reachable points are in a ball. Balls are convex, so repeated projections onto them converge to a
+/// common point if there is one (Bregman 1965).
 fn within_reach(
     wanted: Vec3,
     scene: &Scene,
@@ -157,7 +164,7 @@ fn within_reach(
     target: TargetJoint,
     of_frames: impl Iterator<Item = usize>,
 ) -> Vec3 {
-    /// The largest number of rounds, each of which projects onto the balls of all frames. It bounds the time.
+    /// The largest number of rounds, each of which projects the point onto the balls of all frames.
     const ROUNDS: usize = 200;
     /// The largest reach as a fraction of the length of the limb, so that it is never stretched fully.
     const STRETCHED: f32 = 0.9999;
@@ -186,7 +193,7 @@ fn within_reach(
     at
 }
 
-/// The position of the limb in the frame of the target, in units of the scene.
+/// The positions of the tip in the coordinate frame of the target, in units of the scene, one for each frame.
 struct PinnedFrame {
     at: Vec<Vec3>,
     metres: f32,
@@ -234,14 +241,15 @@ impl PinnedFrame {
         self.at.iter().sum::<Vec3>() / self.at.len().max(1) as f32
     }
 
-    /// The sum of the sliding steps relative to the target, in metres.
+    /// The distance that the tip slides relative to the target, in metres: the sum of its movements from frame to
+    /// frame.
     fn slide(&self) -> f32 {
         let steps = self.at.windows(2).map(|pair| pair[0].distance(pair[1]));
         steps.sum::<f32>() * self.metres
     }
 }
 
-/// What [`Pin`] did. Lengths are in metres.
+/// The report of [`Pin`]. Lengths are in metres.
 ///
 /// [`Pin`](crate::Pin) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -250,13 +258,13 @@ impl PinnedFrame {
 pub struct PinReport {
     /// The first and the last frame of each contact.
     pub contacts: Vec<[usize; 2]>,
-    /// The number of contacts that were found but not pinned: the limb is too short there and would slide more.
+    /// The number of contacts that the step found but did not pin, because the limb is too short and would slide more.
     pub left: usize,
-    /// The sum of the sliding steps of the limb on its target.
+    /// The distance that the limb slides relative to its target in the contacts, before the step.
     pub slide_before: f32,
-    /// The sum of the sliding steps after the step.
+    /// The distance that the limb slides relative to its target in the contacts, after the step.
     pub slide_after: f32,
-    /// How well the limb reached its goals.
+    /// The accuracy with which the limb reached its goals.
     #[serde(flatten)]
     pub limb: LimbReport,
 }
@@ -266,13 +274,14 @@ impl fmt::Display for PinReport {
         if self.contacts.is_empty() && self.left > 0 {
             return write!(
                 f,
-                "{} not pinned: the limb is too short there",
+                "{} not pinned: the limb is too short to reach the target",
                 counted(self.left, "contact")
             );
         }
         if self.contacts.is_empty() {
             return f.write_str(
-                "nothing: the limb is never near and slow; give the part, range=1..2, or a larger distance",
+                "no contact found: the limb is never slow near the target; give a time range, range=1..2, or a larger \
+                 distance",
             );
         }
         let of = |[first, last]: &[usize; 2]| format!("{first} to {last}");
@@ -293,7 +302,7 @@ impl fmt::Display for PinReport {
             0 => Ok(()),
             left => write!(
                 f,
-                "; {} not pinned, because the limb is too short there",
+                "; {} not pinned, because the limb is too short to reach the target",
                 counted(left, "contact")
             ),
         }

@@ -7,20 +7,21 @@ use mocap_scene::math::wide;
 use super::carrier::Carrier;
 use super::frames::Frames;
 
-/// Poses of chosen frames, stored as lists of values.
+/// The poses of chosen frames, stored as lists of values.
 ///
-/// The distance of two poses is the sum of the squared rotation angles of all joints. The carrier counts only with its
-/// tilt, because the place and heading of a figure do not belong to its pose.
+/// The distance of two poses is the sum over all joints of the squared angle between the two rotations of a joint. Of
+/// the node that carries the figure, only the tilt counts, because position and heading do not belong to a pose.
 pub(super) struct Poses {
     count: usize,
-    /// For each joint the components x, y, z, w of its rotations in all frames.
+    /// For each joint, four lists: the components x, y, z and w of its rotations in all frames.
     rotations: Vec<[Vec<f32>; 4]>,
-    /// Other values whose squared differences are added: for each value, a list over all frames.
+    /// Further values whose squared differences are added to the distance. Each value has a list over all frames.
     values: Vec<Vec<f32>>,
 }
 
 impl Poses {
-    /// The poses of `chosen` frames. With `speed_weight`, the speed of each joint towards the next frame counts too.
+    /// The poses of the frames `chosen`. With `speed_weight`, the rotation of each joint to the next frame also counts,
+    /// with this weight.
     pub(super) fn new(frames: &Frames, chosen: &[usize], carrier: &Carrier, speed_weight: Option<f32>) -> Self {
         let rotation = |frame: usize, column: usize| frames.at(frame, column).rotation;
         let mut poses = Self {
@@ -57,8 +58,8 @@ impl Poses {
         poses
     }
 
-    /// The distances from one pose, an index among the chosen frames of `from`, to all chosen frames of `self`. Both
-    /// have the same joints.
+    /// The distances from one pose of `from` to all poses of `self`. `index` is the index of this pose among the chosen
+    /// frames of `from`. Both have the same joints.
     pub(super) fn distances(&self, from: &Self, index: usize) -> Vec<f32> {
         let mut sums = vec![0.0; self.count];
         for (track, from) in self.rotations.iter().zip(&from.rotations) {

@@ -2,7 +2,7 @@
 
 pub(super) use mocap_scene::report::counted;
 
-/// Formats a length, given in metres, in centimetres.
+/// Formats a length, which is given in metres, as text in centimetres.
 pub(super) fn centimetres(metres: impl Into<f64>) -> String {
     format!("{:.1} cm", 100.0 * metres.into())
 }

@@ -1,4 +1,4 @@
-//! Brings a hand, a foot or the tip of a chain to a point, a joint or a prop.
+//! Brings a hand, a foot or the tip of a chain to a target: a point, or a node such as a joint or a prop.
 
 use std::fmt;
 
@@ -17,16 +17,18 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Brings a hand or a foot to a target in a range of a motion: the wrist or the ankle, or a joint below it. The
-    /// limb stays at the target during the range. It moves to the target before the range, and back after it. Two bones
-    /// turn by the law of cosines, about the axis about which the limb bends in the motion. A hand turns with its
-    /// forearm, a foot keeps its rotation in the world. Nothing else changes.
+    /// Brings a hand or a foot to a target during a time range. The wrist or the ankle reaches the target, or a joint
+    /// below it. The limb moves to the target before the range, stays there during the range, and moves back after the
+    /// range. The upper and the lower bone of the limb turn. The elbow or the knee bends about the same axis as in the
+    /// rest of the motion. A hand turns with its forearm, but a foot keeps its rotation in the world. Nothing else
+    /// changes.
     ///
-    /// With `start` it brings the tip of a chain of any skeleton to the target, by FABRIK: all joints from `start` to
-    /// `tip` share the bend.
+    /// The law of cosines gives the angles of the two bones. With `start`, the step brings the tip of a chain of joints
+    /// to the target, for any skeleton. The method is then FABRIK, in which all joints from `start` to `tip` share the
+    /// bend.
     ///
-    /// A target beyond the length of the limb is not reached: the limb is straight towards it, and the report says what
-    /// is left.
+    /// If the target is beyond the length of the limb, the limb points straight at it, and the report has the remaining
+    /// distance.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -42,24 +44,26 @@ step! {
     ///
     /// # Errors
     /// - [`Code::NotHumanoid`] without `start`, also if a joint of the limb is missing
-    /// - [`Code::NoMotion`] without this animation
+    /// - [`Code::NoMotion`] if the scene lacks the animation
     /// - [`Code::InvalidValue`] without a target, for a name that no node has, and for a target that moves with the
     ///   limb
-    /// - [`Code::InvalidValue`] for a part that the motion does not have, a `start` that several chains have, and a
-    ///   number that is not finite
+    /// - [`Code::InvalidValue`] for a range outside the motion, for a `start` with several end effectors below, and for
+    ///   a number that is not finite
     Reach {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
-        /// The target. It must be given.
+        /// The target: a point of the world in metres, or the name of a node. It must be given.
         to: Option<ReachTarget> = None, ValueKind::Target;
-        /// The point to reach, from the origin of the target in metres along its axes. Default: the origin.
+        /// The position of the point to reach, in the coordinate frame of the target, in metres. Default: the origin of
+        /// the target.
         offset: [f64; 3] = [0.0; 3], ValueKind::Point;
-        /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        /// For a skeleton without known limbs: the first joint of the chain that moves. It replaces `limb`. Default:
+        /// none.
         start: Option<String> = None, ValueKind::Name;
-        /// The joint that moves to the target, at or below the hand or the foot, or below `start`. Default: the wrist
-        /// or the ankle, or the only end effector below `start`.
+        /// The joint that comes to the target. It is the wrist, the ankle or a joint below. With `start`, it is a joint
+        /// below `start`. Default: the wrist or the ankle; with `start`, the only end effector below `start`.
         tip: Option<String> = None, ValueKind::Name;
-        /// The range in which the limb is at the target. Default: the whole motion.
+        /// The time range during which the limb is at the target. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
         /// Duration of the movement to the target before the range, in seconds. Default: 0.4.
         ease_in: f64 = 0.4, ValueKind::Seconds;
@@ -79,7 +83,7 @@ impl Step for Reach {
         Frames::new(scene, input.animation, &[])?.require_nodes()?;
         let mut chain = Chain::new(scene, input, self.limb, [self.start.as_deref(), self.tip.as_deref()])?;
         let Some(to) = &self.to else {
-            let message = "reach takes a target: to=0.3/1.2/0.5 in metres, or to=NAME of a joint, a bone or a node";
+            let message = "reach needs a target: to=0.3/1.2/0.5 in metres, or to=NAME of a joint, a bone or a node";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         };
         let target = chain.find(scene, to)?;
@@ -98,7 +102,7 @@ impl Step for Reach {
     }
 }
 
-/// What [`Reach`] did.
+/// The report of [`Reach`].
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -107,7 +111,7 @@ impl Step for Reach {
 pub struct ReachReport {
     /// The first and the last frame in which the limb should be at the target.
     pub range: [usize; 2],
-    /// How well the limb reached its goals.
+    /// The accuracy with which the limb reached its goals.
     #[serde(flatten)]
     pub limb: LimbReport,
 }

@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Gives a motion another frame rate at the same speed.
+    /// Gives a motion another frame rate. The speed of the motion does not change.
     ///
     /// [`Conversion::frame_rate`] does the same.
     ///
@@ -24,8 +24,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; the errors of [`Conversion::apply`] for
-    /// a rate that is not possible.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation; the errors of
+    /// [`Conversion::apply`] for an impossible rate.
     Resample {
         /// Frames per second. Default: 30.
         rate: f64 = 30.0, ValueKind::Hertz;
@@ -42,6 +42,6 @@ impl Step for Resample {
         converted(scene, input, Conversion::new().frame_rate(self.rate))
     }
 
-    /// Records nothing, because the conversion records the change so that `verify` can undo it.
+    /// Does nothing, because the conversion has already recorded the step, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

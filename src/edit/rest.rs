@@ -17,10 +17,10 @@ use super::{Step, StepInput, StepKey, ValueKind};
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum StandingPose {
-    /// Arms sideways.
+    /// The arms are horizontal, to the sides.
     #[default]
     TPose,
-    /// Arms 45 degrees below horizontal.
+    /// The arms are to the sides, 45 degrees below horizontal.
     APose,
 }
 
@@ -72,16 +72,16 @@ impl Step for Rest {
         Ok(RestReport { pose: self.pose })
     }
 
-    /// Records nothing, because the motion does not change.
+    /// Does nothing, because the motion does not change.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }
 
-/// What a step changed: [`Rest`] has an example.
+/// The report of a step: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RestReport {
-    /// The rest pose.
+    /// The new rest pose.
     pub pose: StandingPose,
 }
 

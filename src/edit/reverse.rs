@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Plays a motion backwards: its last frame becomes its first. A second `reverse` restores it.
+    /// Plays a motion backwards: the last frame becomes the first frame. A second `reverse` restores the motion.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -23,7 +23,7 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation.
     Reverse {}
 }
 

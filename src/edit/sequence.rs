@@ -9,7 +9,7 @@ use super::report::EditReport;
 use super::step::names;
 use super::{EditStep, StepInput};
 
-/// A second motion, retargeted to the skeleton of the first.
+/// A second motion after retargeting to the skeleton of the first motion.
 #[doc(hidden)]
 pub struct Fitted {
     #[doc(hidden)]
@@ -19,11 +19,11 @@ pub struct Fitted {
     pub quality: String,
 }
 
-/// Retargets a second motion to the skeleton of a scene with these bones. Returns `None` if the motion already has this
-/// skeleton.
+/// A function that retargets a second motion to the skeleton of a scene. Its arguments are the scene, the bones of the
+/// scene, and the scene of the second motion. It returns `None` if the second motion already has this skeleton.
 pub(crate) type Fit<'a> = &'a dyn Fn(&Scene, &HumanoidMap, &Scene) -> Result<Option<Fitted>>;
 
-/// The names of the second motions in errors.
+/// The names of the second motions for messages.
 fn names_of(others: &[&Scene]) -> Vec<String> {
     let name = |(index, other): (usize, &&Scene)| match &other.metadata.origin {
         Some(origin) => origin.name.clone(),
@@ -32,7 +32,7 @@ fn names_of(others: &[&Scene]) -> Vec<String> {
     others.iter().enumerate().map(name).collect()
 }
 
-/// The node that a step has added to the nodes `before`.
+/// The node that a step has added to a scene. `before` has the names of the nodes before the step.
 fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
     let differs = |(name, node): (&String, &Node)| *name != node.name;
     let first = std::iter::zip(before, &scene.nodes)
@@ -76,26 +76,26 @@ impl EditStep {
             stated = stated.map(|stated| stated.after(inserted));
             found = found.after(inserted);
         }
-        // A motion that is trimmed to one frame is meant as a pose.
+        // If the user trims a motion to one frame, the frame is meant as a pose.
         let is_pose = scene.animations.iter().all(|clip| clip.frame_count() == 1);
         match moved && !is_pose && !scene.moves() {
             true => Err(
-                Diagnostic::new(Code::NoMotion, "the steps stop the motion: nothing moves any more")
-                    .help("leave out the step that stops it")
+                Diagnostic::new(Code::NoMotion, "the steps stop the motion: no joint moves any more")
+                    .help("leave out the step that stops the motion")
                     .into(),
             ),
             false => Ok((reports, found)),
         }
     }
 
-    /// Refuses second motions if there are no steps.
+    /// Refuses second motions if there is no step that could take them.
     #[doc(hidden)]
     pub fn check_others(others: &[&Scene]) -> Result<()> {
         Self::second_motions(&[], &names_of(others)).map(drop)
     }
 
-    /// The second motion of each step, counted from 0 among `others`. `others` has the names of the motions after the
-    /// first.
+    /// For each step, the index of its second motion in `others`, counted from 0. `others` has the names of all inputs
+    /// after the first one.
     ///
     /// ```
     /// use mocap::edit::EditStep;
@@ -111,7 +111,7 @@ impl EditStep {
     pub fn second_motions(steps: &[Self], others: &[String]) -> Result<Vec<Option<usize>>> {
         let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
         let count = others.len() + 1;
-        // The inputs are counted from 1, and the first is the motion itself.
+        // Inputs are counted from 1, and input 1 is the motion that the steps change.
         let mut next = 2;
         let mut taken = Vec::new();
         for step in steps {
@@ -123,7 +123,7 @@ impl EditStep {
             if !(2..=count).contains(&given) {
                 let name = step.name();
                 return refuse(format!(
-                    "the step {name} takes motion {given}, but there are only {count}"
+                    "the step {name} uses the motion number {given}, but the number of motions is {count}"
                 ));
             }
             taken.push(Some(given - 2));
@@ -131,7 +131,7 @@ impl EditStep {
         }
         match (0..others.len()).find(|given| !taken.contains(&Some(*given))) {
             Some(given) => refuse(format!(
-                "{} would do nothing: no step takes it; leave it out",
+                "{} would do nothing: no step uses this motion; leave it out",
                 others[given]
             )),
             None => Ok(taken),

@@ -48,7 +48,8 @@ impl SmoothFilter {
         }
     }
 
-    /// The weights at 0, 1, 2, ... frames on either side, at most `most` of them. Their sum over both sides is 1.
+    /// The weights of the frames at a distance of 0, 1, 2, ... frames, at most `most` weights. The sum over both sides
+    /// of a frame is 1.
     #[doc(hidden)]
     pub fn kernel(self, cut_off: f64, rate: f64, most: usize) -> Vec<f32> {
         use std::f64::consts::{LN_2, SQRT_2, TAU};
@@ -77,9 +78,10 @@ impl SmoothFilter {
 }
 
 step! {
-    /// Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each
-    /// rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame do not change.
-    /// Frames outside the range and its ease time do not change.
+    /// Removes fast changes from the rotations and positions of all joints, or of chosen joints. The result does not
+    /// depend on the axes of the joints, and a joint may rotate by any angle. The first and the last frame do not
+    /// change. Frames outside `range` do not change, except the frames within
+    /// `ease` seconds of the range.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -92,31 +94,33 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// - [`Code::NoMotion`] without this animation
+    /// - [`Code::NoMotion`] if the scene lacks the animation
     /// - [`Code::InvalidValue`] for a cut-off that is not above 0, or is at least half of the frame rate, and for a
-    ///   joint that is not there
+    ///   joint that the scene lacks
     /// - [`Code::LimitExceeded`] for a cut-off that is too far below the frame rate for a long motion
     /// - [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) for a part of a skeleton that is no humanoid
     Smooth {
         /// The filter. Default: Butterworth.
         filter: SmoothFilter = SmoothFilter::default(), ValueKind::OneOf(&["butterworth", "gaussian"]);
-        /// The cut-off in Hz. Default: 6, which keeps a walk.
+        /// The cut-off frequency in Hz: the filter keeps slower changes, and removes faster ones. Default: 6, which is
+        /// above the frequencies of a walk.
         cut_off: f64 = 6.0, ValueKind::Hertz;
-        /// The part of the body. Default: everything, unless joints are named.
+        /// The part of the body to filter. Default: the whole body; with `joints`, only these joints.
         part: Option<LayerPart> = None, ValueKind::OneOf(LayerPart::NAMES);
-        /// Joints by their names or the names of bones, without the joints below them. With `part`, they are added to
-        /// the part.
+        /// The joints to filter, by the name of a joint or of a bone. The joints below them are not filtered. With
+        /// `part`, the step filters both the part and these joints.
         joints: Vec<String> = Vec::new(), ValueKind::Names;
-        /// The part of the motion. Default: the whole.
+        /// The time range to filter. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
-        /// Fade time of the filter before and after the range, in seconds. Default: 0.2.
+        /// Seconds before the range during which the effect of the filter fades in, and after the range during which it
+        /// fades out. Default: 0.2.
         ease: f64 = 0.2, ValueKind::Seconds;
     }
 }
 
 impl Step for Smooth {
     const NAME: &'static str = "smooth";
-    const HELP: &'static str = "take fast changes out";
+    const HELP: &'static str = "remove fast changes";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = SmoothReport;
@@ -126,18 +130,18 @@ impl Step for Smooth {
     }
 }
 
-/// What [`Smooth`] changed.
+/// The report of [`Smooth`].
 ///
 /// [`Smooth`](crate::Smooth) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SmoothReport {
-    /// The largest change of a rotation to its parent, in degrees.
+    /// The largest change of a joint's rotation relative to its parent, in degrees.
     pub largest_rotation: f32,
-    /// The name of that joint.
+    /// The name of the joint with `largest_rotation`.
     pub joint: String,
-    /// The largest change of a position to its parent, in metres.
+    /// The largest change of a joint's position relative to its parent, in metres.
     pub largest_position: f32,
 }
 
@@ -172,7 +176,7 @@ impl Smooth {
         Ok(Some(nodes))
     }
 
-    /// The weights of the filter. At its ends, the motion is continued by reflection.
+    /// The weights of the filter. Before its start and after its end, the motion continues as its reflection.
     fn kernel(&self, frames: &Frames) -> Result<Vec<f32>> {
         let cut_off = positive(Code::InvalidValue, "cut-off", self.cut_off)?;
         let half = 0.5 * frames.rate;
@@ -181,10 +185,10 @@ impl Smooth {
                 format!("cut-off must be above 0 and below half of the frame rate, {half:.3} Hz, got {cut_off}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
-        // Limits the number of weights. Further weights hardly change the sum of all.
+        // Limits the number of weights. Weights after this number are nearly 0.
         let most = frames.len().max(1 << 16);
         let mut kernel = self.filter.kernel(cut_off.max(1e-3), frames.rate, most);
-        // A motion that is reflected at its ends repeats after twice its length, so further weights are not needed.
+        // The reflected motion repeats after twice its length, so more weights than frames are not needed.
         kernel.truncate(frames.len());
         frames.filter_radius(kernel.len() - 1)?;
         let total = 2.0 * kernel.iter().sum::<f32>() - kernel[0];
@@ -242,8 +246,8 @@ fn smooth(scene: &mut Scene, input: &StepInput<'_>, options: &Smooth) -> Result<
     Ok(report)
 }
 
-/// The weighted mean of the neighbours of a frame, minus the frame itself. `at` gives the difference of a neighbour
-/// from the frame. Before the first and after the last frame, the motion continues as its point reflection.
+/// The weighted mean of the differences between the frames around `frame` and this frame. `at` gives the difference for
+/// one frame. Before the first and after the last frame, the motion continues as its point reflection.
 fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -> Vec3 {
     let (start, end) = (at(0), at(last));
     let mut sum = Vec3::ZERO;
@@ -261,7 +265,8 @@ fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -
     sum
 }
 
-/// Rotates each frame by the weighted mean of its neighbours, in the tangent space of the frame.
+/// Rotates each frame by the weighted mean of the rotations from this frame to the frames around it. The mean is taken
+/// in the tangent space of the frame.
 fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
     let padded = PaddedTrack::new(track, kernel.len() - 1);
     let [x, y, z] = change(&padded, kernel);
@@ -274,14 +279,15 @@ fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
 /// The number of frames that are filtered together, so that their lists fit in the first-level cache.
 const BLOCK: usize = 256;
 
-/// The rotations of a track, with additional rotations at both ends. Their point reflections continue the track.
+/// The rotations of a track, with additional rotations at both ends. Point reflections of the first and the last
+/// rotations continue the track.
 struct PaddedTrack {
     /// The number of additional rotations at each end.
     pad: usize,
     last: usize,
     /// The components x, y, z, w.
     components: [Vec<f32>; 4],
-    /// -1 for additional rotations, which are reflected, otherwise 1.
+    /// -1 for an additional rotation, which is reflected, and 1 for any other rotation.
     sign: Vec<f32>,
 }
 
@@ -347,8 +353,8 @@ fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
         }
     }
     let mut sums = sums.map(|sums| sums[pad..end].to_vec());
-    // A point reflection is twice the end minus the reflected value. `beyond` has the sum of all weights after each
-    // distance:
+    // A point reflection is twice the value at the end minus the reflected value. `beyond` has for each distance the
+    // sum of the weights of all larger distances:
     let mut beyond = kernel.to_vec();
     let mut sum = 0.0;
     for weight in beyond.iter_mut().rev() {
@@ -370,7 +376,8 @@ fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
 }
 
 wide::dispatch! {
-    /// The rotation vectors from `count` rotations, beginning at `here`, to as many rotations that begin at `there`.
+    /// The rotation vectors from the rotations that begin at the index `here` to the rotations that begin at the index
+    /// `there`.
     fn differences(turns: &mut [Vec<f32>; 3], padded: &PaddedTrack, here: usize, there: usize, count: usize) {
         let [turn_x, turn_y, turn_z] = turns;
         let (turn_x, turn_y, turn_z) = (&mut turn_x[..count], &mut turn_y[..count], &mut turn_z[..count]);
@@ -389,7 +396,7 @@ wide::dispatch! {
 }
 
 wide::dispatch! {
-    /// Adds values times their signs and a weight.
+    /// Adds each value times its sign and `weight` to the sum at the same index.
     fn add(sums: &mut [f32], values: &[f32], signs: &[f32], weight: f32) {
         for ((sum, value), sign) in sums.iter_mut().zip(values).zip(signs) {
             *sum += *value * (weight * sign);
@@ -397,7 +404,7 @@ wide::dispatch! {
     }
 }
 
-/// The inverse of the first unit quaternion times the second.
+/// The rotation from the first to the second unit quaternion: the inverse of the first times the second.
 #[inline(always)]
 fn difference([ax, ay, az, aw]: [f32; 4], [bx, by, bz, bw]: [f32; 4]) -> [f32; 4] {
     [

@@ -1,4 +1,4 @@
-//! A step: its name, its options and its effect.
+//! Defines what a step is: a name, options, and an effect on a scene.
 
 use std::fmt;
 
@@ -11,8 +11,8 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::{AppliedStep, SecondMotion, StepRecord};
 
-/// A change of a motion. Its fields are its options; each has a default and a name in JSON and text. Only this crate
-/// defines steps, so that every program can read the record of a step.
+/// A change of a motion. The fields of its type are the options of the step. Each option has a default, and a name in
+/// JSON and in text. Only this crate defines steps, so that every program can read the record of a step.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -25,28 +25,30 @@ use mocap_scene::scene::report::{AppliedStep, SecondMotion, StepRecord};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
-    /// Its name in kebab case.
+    /// The name of the step in kebab case.
     const NAME: &'static str;
-    /// What it does, in a few words.
+    /// The effect of the step, in a few words.
     const HELP: &'static str;
-    /// Its options.
+    /// The options of the step.
     const KEYS: &'static [StepKey];
-    /// Whether it takes a second motion.
+    /// Whether the step takes a second motion.
     const TAKES_OTHER: bool = false;
-    /// Whether it depends on which joint is which bone.
+    /// Whether the step needs the bones of the figure.
     const TAKES_BONES: bool = false;
 
-    /// What it changed. It prints as a sentence with units; its JSON is in metres, seconds and degrees.
+    /// The report of the step. As text, it is a sentence with units. In JSON, values are in metres, seconds and
+    /// degrees.
     type Report: fmt::Display + Serialize + Clone + PartialEq + fmt::Debug;
 
-    /// Changes the scene without a record of the step; [`apply`](Self::apply) also records it. A change by a
-    /// [`Conversion`](mocap_figure::Conversion) is recorded in either case.
+    /// Changes the scene without a record of the step. [`apply`](Self::apply) also records the step. If the step uses a
+    /// [`Conversion`](mocap_figure::Conversion), the conversion always records itself.
     ///
     /// # Errors
-    /// The errors of the step, which its type states. `scene` is then unchanged.
+    /// The errors that the type of the step documents. After an error, `scene` is unchanged.
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<Self::Report>;
 
-    /// The number of the second motion among the inputs of a command, counted from 1, if the options state it.
+    /// The number of the second motion among the inputs of a command, counted from 1. `None` if the options do not
+    /// state it.
     fn with(&self) -> Option<usize> {
         None
     }
@@ -54,7 +56,8 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     /// Adds the step to [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can
     /// repeat it.
     fn record(&self, scene: &mut Scene, input: &StepInput<'_>) {
-        // A second motion is retargeted to the bones of the first, so the bones are recorded for it, too.
+        // A second motion is retargeted to the bones of the first motion. So a step with a second motion records these
+        // bones, too.
         let known = input.humanoid.filter(|_| Self::TAKES_BONES || Self::TAKES_OTHER);
         let edit = AppliedStep::Edit {
             edit: StepRecord(recorded(Self::NAME, self)),
@@ -67,7 +70,7 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     /// Changes the scene, and records the step.
     ///
     /// # Errors
-    /// As [`change`](Self::change).
+    /// The errors of [`change`](Self::change).
     fn apply(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<Self::Report> {
         let report = self.change(scene, input)?;
         self.record(scene, input);
@@ -80,7 +83,7 @@ pub(crate) mod sealed {
     pub trait Sealed {}
 }
 
-/// The input of a step: an animation of the scene, and its other inputs.
+/// The input of a step: the animation to change, the second motion, and the bones.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -114,7 +117,8 @@ impl<'a> StepInput<'a> {
         self
     }
 
-    /// The second motion of a step that takes one: its first animation. It must have the same joints.
+    /// The scene of the second motion, for a step that takes one. The step uses the first animation of this scene. Its
+    /// skeleton must have the same joints as the skeleton of the changed scene.
     #[must_use]
     pub fn other(mut self, other: impl Into<Option<&'a Scene>>) -> Self {
         self.other = other.into();
@@ -133,7 +137,7 @@ impl<'a> StepInput<'a> {
         self.humanoid.or(self.found)
     }
 
-    /// The second motion of the step `S`.
+    /// The scene of the second motion. Fails if there is none; `S` is the step that the message names.
     pub(super) fn second<S: Step>(&self) -> Result<&'a Scene> {
         let message = || format!("the step {} needs a second motion", S::NAME);
         self.other
@@ -141,7 +145,7 @@ impl<'a> StepInput<'a> {
     }
 }
 
-/// The joint of every bone, by name; `None` for a bone without a joint.
+/// For each bone, the name of its joint; `None` for a bone without a joint.
 pub(super) fn names(scene: &Scene, humanoid: &Humanoid) -> HumanoidMap {
     let name = |bone: HumanoidBone| {
         humanoid
@@ -162,8 +166,7 @@ pub(super) fn keys_of(step: &impl Serialize) -> serde_json::Map<String, Value> {
     }
 }
 
-/// A step as files record it. The number of its second motion among the inputs is left out, because the record has the
-/// motion itself.
+/// A step as files record it. The option `with` is left out, because the record describes the second motion itself.
 pub(super) fn recorded(name: &str, step: &impl Serialize) -> Value {
     let mut keys = keys_of(step);
     keys.remove(WITH);
@@ -174,26 +177,26 @@ pub(super) fn recorded(name: &str, step: &impl Serialize) -> Value {
 /// The option that names the second motion.
 pub(super) const WITH: &str = "with";
 
-/// The description of a step without option values.
+/// The description of a kind of step, without values of its options.
 ///
 /// ```
 /// use mocap::edit::EditStep;
 ///
 /// let smooth = EditStep::ALL.iter().find(|step| step.name == "smooth").unwrap();
-/// assert!(smooth.to_string().starts_with("take fast changes out: filter=butterworth|gaussian, cut-off=HZ, "));
+/// assert!(smooth.to_string().starts_with("remove fast changes: filter=butterworth|gaussian, cut-off=HZ, "));
 /// ```
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct StepInfo {
-    /// Its name in kebab case.
+    /// The name of the step in kebab case.
     pub name: &'static str,
-    /// What it does, in a few words.
+    /// The effect of the step, in a few words.
     pub help: &'static str,
-    /// Its options.
+    /// The options of the step.
     pub keys: &'static [StepKey],
-    /// Whether it takes a second motion.
+    /// Whether the step takes a second motion.
     pub takes_other: bool,
-    /// Whether it depends on which joint is which bone.
+    /// Whether the step needs the bones of the figure.
     pub takes_bones: bool,
 }
 
@@ -221,7 +224,7 @@ pub struct StepDocs {
     pub keys: &'static [&'static str],
 }
 
-/// Prints its effect, and its options with their values.
+/// Prints the effect of the step, and its options with the values that they take.
 impl fmt::Display for StepInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.help)?;
@@ -250,9 +253,9 @@ impl StepInfo {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct StepKey {
-    /// The name of the field.
+    /// The name of the field in the type of the step.
     pub field: &'static str,
-    /// The kind of its values.
+    /// The kind of value that the option takes.
     pub takes: ValueKind,
 }
 
@@ -261,7 +264,7 @@ impl StepKey {
         Self { field, takes }
     }
 
-    /// Its name in JSON and in text: the field in kebab case.
+    /// The name of the option in JSON and in text: the field in kebab case.
     pub fn name(&self) -> String {
         self.field.replace('_', "-")
     }
@@ -276,25 +279,25 @@ impl StepKey {
     }
 }
 
-/// The kind of value that an option takes. It prints as the end of "KEY takes ...".
+/// The kind of value that an option takes. As text, it completes the sentence "KEY takes ...".
 ///
 /// [`StepInfo`](crate::StepInfo) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ValueKind {
-    /// A time.
+    /// A time, in seconds.
     Seconds,
-    /// A length.
+    /// A length, in metres.
     Metres,
-    /// A speed.
+    /// A speed, in metres per second.
     MetresPerSecond,
-    /// A frequency, or a number of frames per second.
+    /// A frequency in Hz, or a number of frames per second.
     Hertz,
-    /// An angle.
+    /// An angle, in degrees.
     Degrees,
-    /// A factor.
+    /// A factor, such as 1.6.
     Factor,
-    /// A part of a whole, from 0 to 1.
+    /// A fraction, from 0 to 1.
     Fraction,
     /// A number of frames.
     Count,
@@ -302,23 +305,23 @@ pub enum ValueKind {
     Flag,
     /// One of these words.
     OneOf(&'static [&'static str]),
-    /// The first and the last frame.
+    /// The numbers of a first and a last frame.
     FrameRange,
-    /// A part of a motion.
+    /// A time range of a motion.
     TimeRange,
     /// Frame numbers.
     Frames,
     /// A weight, or a curve of weights over time.
     Weights,
-    /// Named numbers.
+    /// Weights of a solver, each a name and a number.
     Numbers,
-    /// Points over the ground.
+    /// Points over the ground, with or without times.
     Path,
-    /// Pairs of a time and its new time. In text, each pair is a key of its own.
+    /// Pairs of an old and a new time, in seconds. In text, each pair is a separate option `S=S`.
     Moments,
     /// A point, or the name of a node.
     Target,
-    /// A point, or an offset.
+    /// A point or an offset: three lengths in metres.
     Point,
     /// The name of a node.
     Name,
@@ -329,7 +332,7 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// The placeholder in the help of the command line.
+    /// The placeholder for such a value in the help of the command line.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "S",

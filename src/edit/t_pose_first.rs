@@ -1,4 +1,4 @@
-//! Puts the T-pose before the motion.
+//! Inserts the T-pose before the first frame of a motion.
 
 use mocap_figure::convert::Conversion;
 use mocap_scene::error::Result;
@@ -9,7 +9,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Inserts the T-pose before the first frame, on the floor at the start point.
+    /// Inserts a frame before the first frame. In the new frame, the figure stands in the T-pose on the floor, at the
+    /// point over which the motion starts.
     ///
     /// [`Conversion::t_pose_first`] does the same.
     ///
@@ -40,6 +41,6 @@ impl Step for TPoseFirst {
         converted(scene, input, Conversion::new().t_pose_first(true))
     }
 
-    /// Records nothing, because the conversion records the change with the bones.
+    /// Does nothing, because the conversion has already recorded the step with the bones.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

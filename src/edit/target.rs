@@ -20,7 +20,7 @@ use mocap_scene::scene::{NodeId, Scene};
 pub enum ReachTarget {
     /// A point of the world in metres, along the axes of the scene.
     Point([f64; 3]),
-    /// A node of the scene, whether it moves or not, by its name; or a bone, as `rightHand` or `right-hand`.
+    /// The name of a node of the scene, or of a bone, such as `rightHand` or `right-hand`. The node may move or not.
     Node(String),
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for ReachTarget {
 /// A target, resolved in the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TargetJoint {
-    /// In units of the scene.
+    /// A point of the world, in units of the scene.
     Point(Vec3),
     Node(NodeId),
 }
@@ -47,7 +47,7 @@ impl TargetJoint {
         point(metres, metres_per_unit)
     }
 
-    /// The frame of the target in the world.
+    /// The transform from the coordinate frame of the target to the world.
     pub(super) fn to_world(self, pose: &Pose) -> Mat4 {
         match self {
             Self::Point(point) => Mat4::from_translation(point),
@@ -57,7 +57,8 @@ impl TargetJoint {
 }
 
 impl ReachTarget {
-    /// Resolves the target in a scene. Refuses a node at or below one of `moved`, because it would move with the limb.
+    /// Finds the target in a scene. Refuses a node that is one of `moved` or below one of them, because it would move
+    /// with the limb.
     pub(super) fn find(
         &self,
         scene: &Scene,
@@ -76,8 +77,10 @@ impl ReachTarget {
         {
             Some(moved) => {
                 let moved = &scene.nodes[moved.index()].name;
-                let message =
-                    format!("{name:?} cannot be the target: it moves with {moved:?}, which the step moves to it");
+                let message = format!(
+                    "{name:?} cannot be the target: it moves together with {moved:?}, the joint that the step brings \
+                     to the target"
+                );
                 Err(Diagnostic::new(Code::InvalidValue, message).into())
             }
             None => Ok(TargetJoint::Node(node)),
@@ -103,7 +106,7 @@ pub(super) fn is_below(scene: &Scene, node: NodeId, ancestor: NodeId) -> bool {
     std::iter::successors(parent(&node), parent).any(|above| above == ancestor)
 }
 
-/// The node with a name, which may be the name of a node or of a bone.
+/// The node with the name `name`, or the joint of the bone with this name.
 pub(super) fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone) -> Option<NodeId>) -> Result<NodeId> {
     let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
     let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);

@@ -1,5 +1,5 @@
-//! Reads and prints steps as text, `NAME:key=value,...`, and as JSON. All steps share this code, which works on serde
-//! values.
+//! Reads and prints steps as text, `NAME:key=value,...`, and as JSON. The code works on JSON values, so that it is the
+//! same for all steps.
 
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use serde_json::{Map, Value};
@@ -104,7 +104,8 @@ fn after_nearest(near: Option<&str>, all: &str) -> String {
     }
 }
 
-/// The options of a step and an example. The example has `key`, if the step accepts it alone.
+/// A text for messages: the options of a step, and an example. The example has the option `key`, if the step accepts
+/// this option alone.
 fn takes(step: StepInfo, key: Option<&StepKey>) -> String {
     let all = step.keys_with_values();
     let with = |key: &StepKey| format!("{}:{}", step.name, key.example());
@@ -115,7 +116,7 @@ fn takes(step: StepInfo, key: Option<&StepKey>) -> String {
     }
 }
 
-/// The key with this name, in which `_` may stand for `-`.
+/// The option with this name. In the name, `_` may replace `-`.
 fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
     let field = name.replace('-', "_");
     if let Some(key) = step.keys.iter().find(|key| key.field == field) {
@@ -130,15 +131,14 @@ fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
     Err(unknown.help(after_nearest(near, &all)).into())
 }
 
-/// How the error of a single value begins: serde's errors, and ours, which quote the value. Other errors concern the
-/// whole step.
+/// The beginnings of errors about a single value. Any other error is about the whole step.
 const OF_VALUES: [&str; 4] = ["invalid ", "unknown variant ", "data did not match ", "\""];
 
 /// Reads a step from its options. `stated` is the step as the user wrote it, for messages.
 pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Result<S> {
     let value = Value::Object(keys);
     S::deserialize(&value).or_else(|error| {
-        // A wrong value is refused even without the other options, which finds it.
+        // Reads each option without the other options, to find the option whose value is wrong.
         let alone = |key: &StepKey| {
             let name = key.name();
             let found = value.get(&name)?;
@@ -149,7 +149,7 @@ pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Re
         };
         match S::KEYS.iter().find_map(alone) {
             Some(message) => refuse(message),
-            // No single value is wrong, only their combination.
+            // Each value is right, but the step refuses their combination.
             None => refuse(format!("the step {stated:?}: {error}")),
         }
     })

@@ -1,4 +1,4 @@
-//! Keeps a part of a motion.
+//! Keeps one time range of a motion, and drops the frames before and after it.
 
 use mocap_figure::convert::{Conversion, TimeRange};
 use mocap_scene::error::Result;
@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Keeps a part of a motion.
+    /// Keeps one time range of a motion, and drops the frames before and after it.
     ///
     /// [`Conversion::trim`] does the same.
     ///
@@ -21,13 +21,13 @@ step! {
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// let range: TimeRange = "0.2..0.5".parse().unwrap();
     /// let report = Trim::new().range(range).apply(&mut scene, &StepInput::new())?;
-    /// assert_eq!(report.to_string(), "10 frames, now 4, which are 0.30 s");
+    /// assert_eq!(report.to_string(), "10 frames, now 4 frames in 0.30 s");
     /// # Ok::<(), mocap::Error>(())
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation; the errors of [`Conversion::apply`] for
-    /// a part that the motion does not have.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation; the errors of
+    /// [`Conversion::apply`] for a range outside the motion.
     Trim {
         /// The first and the last time to keep. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
@@ -44,6 +44,6 @@ impl Step for Trim {
         converted(scene, input, Conversion::new().trim(self.range.first, self.range.last))
     }
 
-    /// Records nothing, because the conversion records the change so that `verify` can undo it.
+    /// Does nothing, because the conversion has already recorded the step, so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

@@ -1,4 +1,4 @@
-//! Turns a motion about the vertical.
+//! Rotates a motion about the vertical axis.
 
 use std::fmt;
 
@@ -18,8 +18,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Turns a motion about the vertical through the figure's place in the first frame. It turns by an angle, or until
-    /// the figure faces a direction in that frame. Everything that the animation moves turns too.
+    /// Rotates a motion about the vertical line through the figure's position in the first frame. The step rotates by a
+    /// given angle, or until the figure faces a given direction in the first frame. It also rotates everything else
+    /// that the animation moves. Give either `by` or `facing`.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -33,13 +34,13 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// - [`Code::NoMotion`] without this animation
+    /// - [`Code::NoMotion`] if the scene lacks the animation
     /// - [`Code::InvalidValue`] without an angle or a direction, with both, and for a direction that is not level
-    /// - [`Code::NotHumanoid`] for a direction of a skeleton that faces nowhere
+    /// - [`Code::NotHumanoid`] for a direction, if the skeleton shows no facing
     Turn {
         /// The angle in degrees, counterclockwise as seen from above.
         by: Option<f64> = None, ValueKind::Degrees;
-        /// The axis of the scene along which the figure looks in the first frame.
+        /// The axis of the scene along which the figure faces in the first frame of the result.
         facing: Option<Axis> = None, ValueKind::OneOf(&["x", "-x", "y", "-y", "z", "-z"]);
     }
 }
@@ -77,7 +78,8 @@ impl Step for Turn {
     }
 }
 
-/// The facing of the figure in the first frame: perpendicular to the lines of its hip joints and shoulders.
+/// The direction that the figure faces in the first frame. It is perpendicular to the lines from hip joint to hip joint
+/// and from shoulder to shoulder.
 fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Result<Vec3> {
     let bones = figure_of(scene, input.bones())?.humanoid.with_sides_of_the_body();
     let mut pose = Pose::rest(scene);
@@ -92,15 +94,15 @@ fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Res
     ];
     let left: Vec3 = lines.into_iter().filter_map(line).sum();
     let forward = left.cross(up);
-    let nowhere = "the figure does not stand in the first frame, so its facing is undefined";
+    let nowhere = "the figure does not stand upright in the first frame, so its facing is undefined";
     (forward.length() > 0.1).then_some(forward).ok_or_else(|| {
         Diagnostic::new(Code::NotHumanoid, nowhere)
-            .help("turn it by an angle: by=90")
+            .help("turn the motion by an angle: by=90")
             .into()
     })
 }
 
-/// What [`Turn`] did.
+/// The report of [`Turn`].
 ///
 /// [`Turn`](crate::Turn) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

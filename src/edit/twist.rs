@@ -1,6 +1,6 @@
-//! Repairs sudden rolls: a bone rotates about its own axis between two frames and stays so. The solver of a camera
-//! loses the roll of an arm while its elbow is straight. The roll moves no joint, so it is spread over frames on both
-//! sides. Joints below the bone keep their rotation in the world.
+//! Repairs sudden rolls. In a sudden roll, a bone rotates about its own axis between two frames, and does not rotate
+//! back. Camera-based capture cannot see the roll of an arm while its elbow is straight. A roll moves no joint, so the
+//! repair spreads it over several frames before and after. Joints below the bone keep their rotation in the world.
 
 use std::f32::consts::{PI, TAU};
 use std::ops::Range;
@@ -12,11 +12,12 @@ use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 use super::frames::Frames;
 
-/// The time over which a roll is spread on either side, in seconds.
+/// A roll is spread over this time before it and after it, in seconds.
 const SPREAD: f64 = 0.2;
-/// The largest number of these frames. It keeps the running time linear in the frames.
+/// The largest number of frames on either side over which a roll is spread. With this limit, the running time is
+/// proportional to the number of frames.
 const MOST_FRAMES: usize = 500;
-/// The largest part of a jump that is no roll about the bone, as a fraction of the roll.
+/// A jump counts as a roll if its rotation about other axes is at most this fraction of the roll.
 const ASIDE: f32 = 0.4;
 /// The smallest rotation of a joint below the bone that counts as a jump, in degrees.
 const CALM: f32 = 20.0;
@@ -29,8 +30,9 @@ struct TwistedJoint {
     angle: f32,
 }
 
-/// Spreads the jump of a joint to `frame`, if it is a roll about its bone and the jumps that it causes below are rolls
-/// too. Returns the changed columns and frames; no columns if the jump is of another kind.
+/// Spreads the jump of a joint between `frame - 1` and `frame` over several frames. The jump must be a roll about the
+/// joint's bone, and jumps of the joints below must be rolls, too. Returns the changed columns and frames; no columns
+/// if the jump is no such roll.
 pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: usize) -> (Vec<usize>, Range<usize>) {
     let width = ((SPREAD * frames.rate).round() as usize).clamp(2, MOST_FRAMES);
     let within = frame.saturating_sub(width)..(frame + width).min(frames.len());
@@ -56,7 +58,8 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
     (changed, within)
 }
 
-/// Spreads the rotation of a joint from the frame before `frame` over frames on both sides. Returns the changed frames.
+/// Spreads the rotation of a joint between `frame - 1` and `frame` over frames before and after it. Returns the changed
+/// frames.
 pub(super) fn ease(frames: &mut Frames, column: usize, frame: usize) -> Range<usize> {
     let width = ((SPREAD * frames.rate).round() as usize).clamp(2, MOST_FRAMES);
     let within = frame.saturating_sub(width)..(frame + width).min(frames.len());
@@ -70,14 +73,16 @@ pub(super) fn ease(frames: &mut Frames, column: usize, frame: usize) -> Range<us
     within
 }
 
-/// The fraction of a step at `frame` that is done at a frame, if it is spread over `width` frames on both sides.
+/// The fraction of a jump at `frame` that is already done at the frame `at`, if the jump is spread over `width` frames
+/// on either side.
 fn eased(at: usize, frame: usize, width: usize) -> f32 {
     let along = (at as f32 + 0.5 - frame as f32) / width as f32;
     let fraction = (0.5 + 0.5 * along).clamp(0.0, 1.0);
     fraction * fraction * (3.0 - 2.0 * fraction)
 }
 
-/// The joint and the joints below that roll too, as long as they jump. `None` if a jump is no roll.
+/// The joint, and the chain of joints below it that jump too, each with its roll. `None` if one of these jumps is no
+/// roll.
 fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<Vec<TwistedJoint>> {
     let at = |column: usize| [frame - 1, frame].map(|frame| frames.at(frame, column));
     let [before, after] = at(column);
@@ -115,7 +120,7 @@ fn only_child(scene: &Scene, joint: NodeId) -> Option<NodeId> {
     children.next().is_none().then(|| NodeId::new(child))
 }
 
-/// Whether no joint is below a node. Such a node may rotate with its parent.
+/// Whether no joint is below a node. Such a node may turn with its parent when the repair turns the parent.
 fn is_end(scene: &Scene, joint: NodeId) -> bool {
     let is_below = |node: &&mocap_scene::scene::Node| node.parent == Some(joint);
     scene

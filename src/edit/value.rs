@@ -32,7 +32,7 @@ pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
     }
 }
 
-/// The number of a frame, also with the `f` that a time needs.
+/// Parses the number of a frame. An `f` after the number, which a time range needs, is accepted.
 fn frame(text: &str) -> Value {
     let text = text.trim();
     scalar(
@@ -42,7 +42,7 @@ fn frame(text: &str) -> Value {
     )
 }
 
-/// `M/M` or `SECONDS:M/M`.
+/// Parses a point of a path: `M/M` or `SECONDS:M/M`.
 fn point(text: &str) -> Value {
     let (seconds, at) = match text.split_once(':') {
         Some((seconds, at)) => (scalar(seconds), at),
@@ -60,11 +60,12 @@ pub fn metres(text: &str) -> Option<f64> {
         .into_iter()
         .find_map(|(unit, count)| Some((text.trim().strip_suffix(unit)?, count)))
         .unwrap_or((text, 1.0));
-    // The number is divided, not multiplied, so that 7cm equals the 0.07 that a person writes.
+    // A division by 100 is exact for `7cm`: it gives the same number as the text `0.07`. A multiplication by 0.01 does
+    // not.
     number.trim().parse().ok().map(|number: f64| number / in_a_metre)
 }
 
-/// A number, true, false, or a word.
+/// Parses a number, `true`, `false`, or a word.
 pub(super) fn scalar(text: &str) -> Value {
     let text = text.trim();
     let number = || {

@@ -1,4 +1,4 @@
-//! Turns a walk over a motion graph into a motion.
+//! Turns a walk (a path through a motion graph) into a motion.
 
 use std::fmt;
 
@@ -20,24 +20,24 @@ use crate::graph::distance::Alignment;
 use crate::graph::report::Walk;
 use crate::graph::walk::{Bend, smooth};
 
-/// What [`Walk::motion`] did.
+/// The report of [`Walk::motion`].
 ///
 /// [`Walk::motion`](crate::graph::report::Walk::motion) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkReport {
-    /// The frames of the motion.
+    /// The number of frames of the motion.
     pub frames: usize,
-    /// Its length in seconds.
+    /// The length of the motion in seconds.
     pub seconds: f64,
-    /// The start time of each transition, in seconds.
+    /// The time in the motion at which each transition starts, in seconds.
     pub transitions: Vec<f64>,
-    /// The largest distance of the two moments of a transition, in metres.
+    /// The largest distance between the two windows of a transition, in metres.
     pub largest_distance: f32,
-    /// The distance of the walk from its path, if it follows one.
+    /// How near the figure is to its path over the ground. `None` if the walk follows no path.
     pub path: Option<WalkPath>,
-    /// The report of the foot lock; absent if the skeleton is no humanoid.
+    /// The report of the foot lock. `None` if the skeleton is no humanoid.
     pub feet: Option<FootLockReport>,
 }
 
@@ -66,10 +66,10 @@ impl fmt::Display for WalkReport {
 }
 
 impl Walk {
-    /// Turns this walk over the graph into a motion. `clips` are the clips of the graph in order, each as a scene and
-    /// the index of its animation. Successive pieces are aligned over the ground and blended over the length of a
-    /// window. Then [`foot_lock()`] locks the feet of a humanoid. The frame rate is the highest frame rate of the
-    /// clips.
+    /// Turns this walk through the graph into a motion. `clips` has the clips of the graph in their order, each as a
+    /// scene and the index of an animation. The pieces of clips are aligned over the ground, and blended over the
+    /// length of a window. Then [`foot_lock()`] locks the feet of a humanoid. The frame rate is the highest frame rate
+    /// of the clips.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -86,8 +86,8 @@ impl Walk {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] if a clip of the walk is missing in `clips`, or if the clips have different joints. Other
-    /// clips with the same joints as the clips of the graph are not detected.
+    /// [`Code::InvalidValue`] if a clip of the walk is missing in `clips`, or if the clips have different joints. The
+    /// function cannot detect a wrong clip that has the right joints.
     pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
         let mut joined = WalkClips::new(self, clips)?;
         // The motion gets the skeleton of the first clip.
@@ -126,8 +126,8 @@ impl Walk {
     }
 }
 
-/// The scene of a clip, with an empty animation. Facts about the clip's file are removed, because they do not apply to
-/// the walk.
+/// The scene of a clip, with an empty animation. Metadata about the file of the clip is removed, because it does not
+/// apply to the walk.
 fn empty(base: &Scene, rate: f64) -> Scene {
     let mut scene = base.clone();
     scene.animations = vec![Animation {
@@ -147,12 +147,12 @@ fn empty(base: &Scene, rate: f64) -> Scene {
 /// The clips of a walk.
 struct WalkClips<'a> {
     walk: &'a Walk,
-    /// For each clip, its frames if the walk uses it.
+    /// For each clip of the graph, its frames; `None` if the walk does not use the clip.
     frames: Vec<Option<Frames<'static>>>,
     carrier: Carrier,
-    /// The highest frame rate of these clips.
+    /// The highest frame rate of the used clips.
     rate: f64,
-    /// The piece of the previous row, and its first frame in frames of the walk.
+    /// The index of the piece of the previous row, and the frame of the walk at which this piece starts.
     piece: usize,
     begin: usize,
 }
@@ -166,10 +166,15 @@ impl<'a> WalkClips<'a> {
         let mut nodes: Vec<NodeId> = Vec::new();
         for clip in &used {
             let Some((scene, animation)) = clips.get(*clip) else {
-                return refuse(format!("the walk uses clip {clip}, but only {} are given", clips.len()));
+                return refuse(format!(
+                    "the path through the graph uses clip {clip}, but the number of given clips is {}",
+                    clips.len()
+                ));
             };
             if let Err(difference) = have_the_same_joints(clips[used[0]].0, scene) {
-                return refuse(format!("the clips of the walk have different skeletons: {difference}"));
+                return refuse(format!(
+                    "the clips on the path through the graph have different skeletons: {difference}"
+                ));
             }
             if let Some(animation) = scene.animations.get(*animation) {
                 nodes.extend(Binding::new(scene, animation).driven().map(|(node, _)| node));
@@ -189,7 +194,7 @@ impl<'a> WalkClips<'a> {
         });
         let carrier = carriers.min_by_key(|carrier| carrier.column);
         let Some(carrier) = carrier else {
-            return refuse("the walk has no clip".to_owned());
+            return refuse("the path through the graph has no clip".to_owned());
         };
         Ok(Self {
             walk,
@@ -201,7 +206,7 @@ impl<'a> WalkClips<'a> {
         })
     }
 
-    /// The start time of each transition, in seconds.
+    /// The time in the motion at which each transition starts, in seconds.
     fn starts(&self) -> Vec<f64> {
         let (pieces, window) = (&self.walk.pieces, self.walk.window);
         let mut at = 0;
@@ -213,7 +218,7 @@ impl<'a> WalkClips<'a> {
         ends.collect()
     }
 
-    /// The pose at a time. Times must not decrease from call to call.
+    /// The transforms of the pose at a time of the walk. Times must not decrease from call to call.
     fn row(&mut self, seconds: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
         let at = seconds * self.walk.rate;
         let blend = (self.walk.window - 1) as f64;
@@ -240,10 +245,13 @@ impl<'a> WalkClips<'a> {
         }
     }
 
-    /// The pose of a piece at a frame of the walk's rate, at the place of the walk.
+    /// The transforms of a frame of a piece, with the figure moved to its position in the walk. `frame` is counted at
+    /// the frame rate of the graph.
     fn clip_row(&self, piece: usize, frame: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
         let Some(frames) = &self.frames[self.walk.pieces[piece].clip] else {
-            return Err(Diagnostic::new(Code::InvalidValue, "a clip of the walk is not given").into());
+            return Err(
+                Diagnostic::new(Code::InvalidValue, "a clip on the path through the graph is not given").into(),
+            );
         };
         let mut row = frames.row_at(frame / self.walk.rate * frames.rate);
         self.carrier
@@ -252,7 +260,7 @@ impl<'a> WalkClips<'a> {
     }
 }
 
-/// The motion over the ground for an alignment, in units of the scene.
+/// Converts an alignment to a rigid motion over the ground, in units of the scene.
 fn placement(alignment: &Alignment, space: &CloudSpace) -> Placement {
     let turn = Quat::from_axis_angle(space.up, alignment.turn as f32);
     let DVec2 { x, y } = alignment.offset / f64::from(space.metres);

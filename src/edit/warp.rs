@@ -30,30 +30,32 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 /// ```
 ///
 /// # Errors
-/// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+/// [`Code::NoMotion`](mocap_scene::Code::NoMotion) if the scene lacks the animation.
 ///
 /// For times: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if they are not finite, are negative, or do not
 /// increase. [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) if the result would be far longer than the
 /// motion.
 ///
 /// For a path, [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or if a number is not finite.
-/// The same if some points have times and others not, or if the times are negative, do not increase from frame to
-/// frame, or are after the end.
+/// Also if only some points have times, or if the times are negative, do not increase from frame to frame, or are after
+/// the end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "WarpKeys", into = "WarpKeys")]
 #[non_exhaustive]
 pub enum Warp {
-    /// Pairs of a time in the motion and its new time, in seconds, both increasing. From the start to the first pair,
-    /// and from pair to pair, the speed is constant. After the last pair, the motion keeps its own speed. Exchanging
-    /// both times of every pair gives the inverse. A first pair whose new time is 0 cuts off the motion before it.
+    /// Pairs of an old and a new time, in seconds. From pair to pair, both times increase. From the start to the first
+    /// pair, and from pair to pair, the playback speed is constant. After the last pair, the playback speed is 1. If
+    /// both times of every pair are exchanged, the warp is inverted. If the first new time is 0, the motion before the
+    /// first old time is cut off.
     Moments(Vec<(f64, f64)>),
-    /// The factor of the speed of the whole motion, above 0.
+    /// The factor by which the whole motion becomes faster. It must be above 0; 0.5 is half the speed.
     Speed(f64),
-    /// The figure is at every point at its time. Its other motion, such as sway from step to step, does not change
-    /// (motion warping: Witkin and Popovic, 1995). Two natural cubic splines are compared: one through the old
-    /// positions of the figure at these times, and one through the points. The figure keeps its offset from the first
-    /// spline. Before the first point and after the last, the paths continue straight. Heights and poses do not change.
+    /// The figure passes each point at the time of this point. Its other motion, such as sway from step to step, does
+    /// not change (motion warping: Witkin and Popovic, 1995). The step computes two natural cubic splines. The old
+    /// spline goes through the old positions of the figure at the times of the points, the new spline through the
+    /// points. The offset of the figure from the old spline becomes its offset from the new spline. Before the first
+    /// point and after the last point, both splines continue straight. Heights and poses do not change.
     Path {
         /// The points, in the order of time.
         points: Vec<PathPoint>,
@@ -62,7 +64,7 @@ pub enum Warp {
     },
 }
 
-/// All options of a warp by name. A warp has only the options of its kind.
+/// The options of all three kinds of warp. A warp has only the options of its own kind.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -116,17 +118,18 @@ impl TryFrom<WarpKeys> for Warp {
     }
 }
 
-/// The time that a speed applies to, in seconds: longer than any motion.
+/// With `speed`, the new speed applies up to this time, in seconds. It is longer than any motion.
 const LONGEST: f64 = 1e9;
 
 impl Warp {
     pub(crate) const DOCS: StepDocs = StepDocs {
         step: "Makes parts of a motion faster or slower, or bends its path over the ground.",
         keys: &[
-            "Pairs of a time in the motion and its new time, in seconds, both increasing. The start does not change.",
-            "The factor of the speed of the whole motion, above 0.",
-            "Points over the ground through which the figure passes, in metres, each with or without its time.",
-            "The facing of the figure: along the path, or as before. Default: along.",
+            "Pairs of an old and a new time, in seconds. From pair to pair, both times increase. Time 0 stays time 0, \
+             unless the first new time is 0.",
+            "The factor by which the whole motion becomes faster. It must be above 0; 0.5 is half the speed.",
+            "Points over the ground through which the figure passes, in metres. All points have a time, or none has one.",
+            "The facing of the figure: it turns with the path, or keeps its old facing. Default: along.",
         ],
     };
 }
@@ -135,7 +138,7 @@ impl crate::step::sealed::Sealed for Warp {}
 
 impl Step for Warp {
     const NAME: &'static str = "warp";
-    const HELP: &'static str = "move times, or change the speed, or bend the path over the ground to points";
+    const HELP: &'static str = "change the timing or the speed, or bend the path over the ground";
     const KEYS: &'static [StepKey] = &[
         StepKey::new("moments", ValueKind::Moments),
         StepKey::new("speed", ValueKind::Factor),
@@ -154,7 +157,7 @@ impl Step for Warp {
     }
 }
 
-/// What [`Warp`] did.
+/// The report of [`Warp`].
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -162,9 +165,9 @@ impl Step for Warp {
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum WarpReport {
-    /// Of a change of times or of the speed.
+    /// The report of a warp by `moments` or by `speed`.
     Time(WarpTimeReport),
-    /// Of a change of the path.
+    /// The report of a warp by `path`.
     Path(WarpPathReport),
 }
 

@@ -23,8 +23,8 @@ use super::quantity::{degrees, metres};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PathPoint {
-    /// The time at which the figure should be there, in seconds; the nearest frame counts. `None`: the points divide
-    /// the figure's old path evenly.
+    /// The time at which the figure should be at the point, in seconds. The nearest frame is used. If `None`, the times
+    /// of the points divide the length of the figure's old path evenly.
     pub seconds: Option<f64>,
     /// The position in metres along the two axes of the ground: x and z if +Y is up, x and y if +Z is up.
     pub at: [f64; 2],
@@ -48,29 +48,29 @@ impl fmt::Display for PathPoint {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum PathFacing {
-    /// The figure turns with the path: if it walked sideways, it walks sideways along the new path.
+    /// The figure turns with the path. If it walked sideways, it also walks sideways along the new path.
     #[default]
     Along,
     /// The figure keeps its old facing.
     Kept,
 }
 
-/// What a [`Warp`](crate::Warp) to a path did.
+/// The report of a [`Warp`](crate::Warp) by `path`.
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WarpPathReport {
-    /// The old positions of the figure at the times of the points. A warp to these points undoes this warp.
+    /// The old positions of the figure at the times of the points. A warp with these points undoes this warp.
     pub points_before: Vec<PathPoint>,
-    /// The length of the path through those points, in metres.
+    /// The length of the path through `points_before`, in metres.
     pub length_before: f64,
-    /// The length of the new path, in metres. Feet slide by the difference of both lengths.
+    /// The length of the new path, in metres. The feet slide by the difference between `length` and `length_before`.
     pub length: f64,
-    /// The largest displacement of the figure, in metres.
+    /// The largest distance by which the step moved the figure, in metres.
     pub largest_shift: f64,
-    /// The largest rotation of the figure, in degrees.
+    /// The largest angle by which the step turned the figure, in degrees.
     pub largest_turn: f64,
 }
 
@@ -102,7 +102,7 @@ pub(super) fn warp_path(
     let up = carrier.up.as_dvec3();
     let axes = ground_axes(up);
     let over_ground = |point: Vec3| DVec2::from(axes.map(|axis| point.as_dvec3().dot(axis))) * metres;
-    // Nothing above the carrier moves, so its transform is constant.
+    // No node above the carrier moves, so the transform from its parent to the world is constant.
     let above = scene.nodes[frames.nodes()[carrier.column].index()].parent;
     let to_world = above.map_or(Mat4::IDENTITY, |parent| Pose::rest(scene).node_to_world[parent.index()]);
     let (from_world, above_turned) = (to_world.inverse(), Trs::from_matrix(to_world).rotation);
@@ -141,7 +141,8 @@ pub(super) fn warp_path(
             .sum()
     };
     (report.length_before, report.length) = (length(&old), length(&new));
-    // A rotation about the up axis turns the first of the two axes towards the second, or away from it.
+    // The sign of a rotation about the up axis: it turns the first axis of the ground either towards the second axis or
+    // away from it.
     let handed = axes[0].cross(axes[1]).dot(up);
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(frames.len());
     for (frame, turn) in turns.into_iter().enumerate() {
@@ -169,7 +170,10 @@ fn check(points: &[PathPoint]) -> Result<()> {
     let refuse = |message: &str| {
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         Err(diagnostic
-            .expected_found("points with increasing times in seconds, or all without", found(points))
+            .expected_found(
+                "points that all have times in seconds, which increase, or points without times",
+                found(points),
+            )
             .into())
     };
     let times: Vec<f64> = points.iter().filter_map(|point| point.seconds).collect();
@@ -189,7 +193,7 @@ fn check(points: &[PathPoint]) -> Result<()> {
     }
 }
 
-/// The points in the text form of a step.
+/// The points for a message, as text of the option `path`.
 fn found(points: &[PathPoint]) -> String {
     points.iter().map(PathPoint::to_string).collect::<Vec<_>>().join("+")
 }
@@ -205,7 +209,8 @@ fn ground_axes(up: DVec3) -> [DVec3; 2] {
     [axes.next().unwrap_or(DVec3::X), axes.next().unwrap_or(DVec3::Z)]
 }
 
-/// The frame of each point: the nearest frame to its time, or to its fraction of the path.
+/// The frame at which the figure passes each point: the frame nearest to the time of the point. Without a time, it is
+/// the frame nearest to the point's fraction of the path length.
 fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<usize>> {
     let last = was_at.len() - 1;
     let mut gone = vec![0.0];
@@ -214,7 +219,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     }
     let whole = gone[last];
     let at_fraction = |fraction: f64| {
-        // If the figure stays at one place, the fraction counts in time.
+        // If the figure stays at one position, the path has no length, so the fraction is one of the duration.
         if whole <= 1e-6 {
             return (fraction * last as f64).round() as usize;
         }
@@ -230,7 +235,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     };
     if points.len() > was_at.len() {
         let message = format!(
-            "a path of {} points needs as many frames, but there are only {}",
+            "a path of {0} points needs at least {0} frames, but the number of frames is {1}",
             points.len(),
             was_at.len()
         );
@@ -243,7 +248,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             None => at_fraction(position_at as f64 / (points.len() - 1).max(1) as f64),
         };
         let least = frames.last().map_or(0, |last| last + 1);
-        // While a figure stands, several frames have the same place, and two points must not share a frame.
+        // While a figure stands, several frames have the same position. Two points must not get the same frame.
         let frame = if point.seconds.is_some() {
             frame
         } else {
@@ -261,8 +266,8 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     Ok(frames)
 }
 
-/// The direction of a path at some times, as angles. While the path pauses, it keeps its direction. A path without
-/// movement has none.
+/// The direction of a path at the times `seconds`, as angles in radians. During a pause, the last direction counts.
+/// `None` if the path never moves.
 fn headings(path: &Spline, seconds: &[f64]) -> Option<Vec<f64>> {
     let speeds: Vec<DVec2> = seconds.iter().map(|seconds| path.speed(*seconds)).collect();
     let fastest = speeds.iter().map(|speed| speed.length()).fold(0.0, f64::max);

@@ -8,20 +8,21 @@ use serde::Serialize;
 
 use super::frames::Frames;
 
-/// What a [`Warp`](crate::Warp) of times did.
+/// The report of a [`Warp`](crate::Warp) by `moments` or by `speed`.
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WarpTimeReport {
-    /// The length in seconds before the step.
+    /// The duration of the motion before the step, in seconds.
     pub seconds_before: f64,
-    /// The length in seconds after the step, in whole frames. A part of a frame at the end is dropped.
+    /// The duration of the motion after the step, in seconds. It is a whole number of frames: the step drops a part of
+    /// a frame at the end.
     pub seconds: f64,
-    /// The lowest playback speed; 1 is unchanged.
+    /// The lowest playback speed, as a factor. 1 means that the speed did not change.
     pub slowest: f64,
-    /// The highest playback speed; 1 is unchanged.
+    /// The highest playback speed, as a factor. 1 means that the speed did not change.
     pub fastest: f64,
 }
 
@@ -29,7 +30,7 @@ impl fmt::Display for WarpTimeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{:.2} s, now {:.2} s; speeds from {:.2} to {:.2} times",
+            "{:.2} s long, now {:.2} s; speed between {:.2} and {:.2} times the original",
             self.seconds_before, self.seconds, self.slowest, self.fastest,
         )
     }
@@ -54,7 +55,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     let count = frames.up_to(seconds * frames.rate + 1e-6, &[])?;
     let old_frame = |frame: usize| {
         let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
-        // The roundings of both maps may move a whole frame number slightly, so it is rounded.
+        // Rounding errors may change a whole frame number a little, so it is rounded.
         if (tick - tick.round()).abs() < 1e-6 {
             tick.round()
         } else {
@@ -63,7 +64,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     };
     let taken: Vec<_> = (0..count).map(|frame| (&frames, old_frame(frame))).collect();
     let rows = taken.iter().map(|(frames, tick)| frames.row_at(*tick)).collect();
-    // After the last time, the speed is 1.
+    // After the last pair, the playback speed is 1.
     let as_before = moments.last().is_none_or(|(from, _)| *from < last).then_some(1.0);
     let speeds = moments
         .windows(2)
@@ -83,8 +84,8 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     })
 }
 
-/// The pairs, with the start of the motion before them. Otherwise a first pair such as 0.3 and 0.6 would need the
-/// motion before its start, where there is only the first pose.
+/// The pairs, with the pair (0, 0) for the start of the motion before them if it is missing. Without it, a first pair
+/// such as (0.3, 0.6) would need a motion before the start.
 fn anchored(moments: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let start = moments.first().filter(|(from, to)| *from > 0.0 && *to > 0.0);
     let start = start.map(|_| (0.0, 0.0));

@@ -1,4 +1,5 @@
-//! The frames in which a step has its effect: a part of a motion, with times of easing in and out.
+//! The frames in which a step has an effect: a time range of a motion, with times before and after it in which the
+//! effect fades in and out.
 
 use mocap_figure::convert::{TimeRange, part_ticks};
 use mocap_scene::error::{Code, Result};
@@ -8,19 +9,21 @@ use mocap_scene::scene::Animation;
 use super::frames::Frames;
 use super::inertia::ease;
 
-/// The frames in which a step has its full effect, and the frames of easing before and after.
+/// The frames in which a step has its full effect. Also the frames before and after them, in which the effect fades in
+/// and out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// The first and the last frame of full effect.
+    /// The first and the last frame with the full effect.
     pub(super) first: usize,
     pub(super) last: usize,
-    /// The number of frames over which the effect eases in and out; 0 for an immediate effect.
+    /// The number of frames over which the effect fades in and fades out. With 0, the effect starts and ends
+    /// immediately.
     ease_in: f64,
     ease_out: f64,
 }
 
 impl Window {
-    /// The frames of a part of `animation`. The two times of easing are in seconds.
+    /// The window for a time range of `animation`. The two durations of fading are in seconds.
     pub(super) fn new(
         animation: &Animation,
         frames: &Frames,
@@ -37,8 +40,9 @@ impl Window {
         })
     }
 
-    /// The runs of frames for which `is_inside` holds. The effect eases in and out over `ease` frames. Between two near
-    /// runs, it eases out in the first half of the gap and in during the second half.
+    /// A window for each run of frames for which `is_inside` is true. The effect fades in and out over `ease` frames.
+    /// If two runs are near each other, it fades out in the first half of the gap between them, and fades in during the
+    /// second half.
     pub(super) fn of_runs(is_inside: &[bool], ease: f64) -> Vec<Self> {
         let mut windows: Vec<Self> = Vec::new();
         for frame in (0..is_inside.len()).filter(|frame| is_inside[*frame]) {
@@ -62,7 +66,7 @@ impl Window {
         windows
     }
 
-    /// The fraction of the effect in a frame. Its speed and acceleration are continuous.
+    /// The fraction of the effect in a frame, from 0 to 1. Over time, its first and second derivatives do not jump.
     pub(super) fn weight(&self, frame: usize) -> f32 {
         let away = |frames: usize, within: f64| match frames as f64 / within {
             _ if frames == 0 => 1.0,
@@ -74,7 +78,7 @@ impl Window {
         away(before, self.ease_in) * away(after, self.ease_out)
     }
 
-    /// The frames of a motion of `count` frames in which the effect is not 0, each with its fraction.
+    /// The frames in which the effect is not 0, each with the fraction of the effect. The motion has `count` frames.
     pub(super) fn frames(&self, count: usize) -> impl Iterator<Item = (usize, f32)> + use<'_> {
         let all = (0..count).map(|frame| (frame, self.weight(frame)));
         all.filter(|(_, weight)| *weight > 0.0)

@@ -17,15 +17,16 @@ pub(super) struct Work<'a> {
     pub(super) scene: &'a Scene,
     pub(super) frames: Frames<'a>,
     pub(super) figure: &'a Figure,
-    /// Marks frames whose values were interpolated, because they were not measured. Empty if there are none.
+    /// For each frame, whether its values were interpolated, because the source did not measure them. Empty if there is
+    /// no such frame.
     pub(super) missing: Vec<bool>,
-    /// The axis along which the depth jittered, if one was found.
+    /// The axis of a camera along which the body jittered; `None` if none was found.
     pub(super) depth: Option<DVec3>,
     /// The metres in one unit of the scene.
     pub(super) metres: f32,
     pub(super) up: Vec3,
     pub(super) weights: CleanWeights,
-    /// For each node, the distance of the farthest node below it at rest, in metres.
+    /// For each node, the distance of the farthest node below it in the rest pose, in metres.
     reach: &'a [f32],
 }
 
@@ -50,7 +51,7 @@ impl<'a> Work<'a> {
         Figure::with_bones(scene, bones)
     }
 
-    /// For each node, the distance of the farthest node below it at rest, in metres.
+    /// For each node, the distance of the farthest node below it in the rest pose, in metres.
     pub(super) fn reaches(scene: &Scene, figure: &Figure) -> Vec<f32> {
         let rest = Pose::rest(scene);
         let reach = |node: NodeId| {
@@ -69,7 +70,7 @@ impl<'a> Work<'a> {
         self.figure.humanoid.found
     }
 
-    /// The length of a leg at rest, from the hip to the ankle, in metres.
+    /// The length of a leg in the rest pose, from the hip to the ankle, in metres.
     pub(super) fn leg(&self) -> Option<f32> {
         let rest = Pose::rest(self.scene);
         let position_of = |bone: Bone| Some(rest.position(self.figure.humanoid.joint(bone)?));
@@ -78,7 +79,8 @@ impl<'a> Work<'a> {
         Some(length * self.metres)
     }
 
-    /// The index of the node that carries the whole body: the topmost moving node among the hips and the nodes above.
+    /// The index of the node that carries the whole body. It is the topmost moving node among the hips and the nodes
+    /// above them.
     pub(super) fn carrier(&self) -> Option<usize> {
         let hips = self.figure.humanoid.joint(Bone::Hips)?;
         let above = |node: &NodeId| self.scene.nodes[node.index()].parent;
@@ -98,7 +100,7 @@ impl<'a> Work<'a> {
                 .all(|matrix| is_one(Trs::from_matrix(*matrix).scale))
     }
 
-    /// Moves the whole body by a motion in the world that depends on the frame.
+    /// Moves the whole body in each frame by `motion`, which gives a rigid motion of the world for this frame.
     pub(super) fn carry(&mut self, column: usize, motion: impl Fn(usize) -> Mat4) {
         let node = self.frames.nodes()[column];
         let rest = Pose::rest(self.scene);

@@ -1,4 +1,5 @@
-//! The motion of an animal on four legs, frame by frame: its trunk, its legs, and the stance of its paws.
+//! Measures the motion of an animal on four legs: the pose of its trunk, its legs, and the contacts of its paws in each
+//! frame.
 
 mod leg;
 
@@ -14,18 +15,20 @@ use super::poses::poses;
 use super::report::{Guess, Quadruped, QuadrupedLeg};
 use super::{Axis, Confidence};
 
-/// The height above its resting level below which a paw is on the ground, as a fraction of the leg: paws roll.
+/// The largest height of a paw in contact above its resting level, as a fraction of the leg. The height is above 0,
+/// because paws roll.
 const LOW: f64 = 0.09;
 
-/// The speed below which a paw is in stance, in lengths of the leg per second. Captures are noisy, and paws roll.
+/// The largest speed of a paw in contact, in lengths of the leg per second. The speed is above 0, because captures are
+/// noisy and paws roll.
 const SLOW: f64 = 0.8;
 
 /// The time around a frame over which the speed of a paw is averaged, in seconds. A shorter time would show noise of
 /// the capture.
 const AROUND: f64 = 0.02;
 
-/// The shortest gap and the shortest contact, in seconds. Shorter gaps are closed, and shorter contacts dropped. A
-/// gallop has contacts of 0.06 s.
+/// The shortest gap between contacts and the shortest contact, in seconds. Shorter gaps are closed, and shorter
+/// contacts are dropped. A gallop has contacts of 0.06 s.
 const SHORTEST: f64 = 0.04;
 
 /// The fraction of frames in which a paw is below its resting level, because of noise in the capture.
@@ -34,22 +37,23 @@ const RESTS: f64 = 0.1;
 /// The largest tilt of a trunk in stance, in radians. An animal with a larger tilt sits.
 const MOST_TILTED: f64 = 0.26;
 
-/// The mean angle of the legs from straight down, plus the tilt of the trunk, up to which the rest pose stands, in
-/// radians. Rest poses in a step have 0.3; bones along one axis have 1.5.
+/// In a pose that stands, the sum of two angles is at most this value, in radians. The angles are the mean angle of the
+/// legs from straight down, and the tilt of the trunk. The sum is 0.3 for a rest pose in a step, and 1.5 for bones
+/// along one axis.
 const STANDS: f32 = 0.6;
 
-/// The cosine of the angle between the mean direction of the legs and an axis above which the axis is up: 32 degrees.
+/// The cosine of the largest angle between the mean direction of the legs and the up axis: 32 degrees.
 const ALONG: f32 = 0.85;
 
-/// The time in which a foot in the air returns to its path, in seconds: half of a step.
+/// The time in which a shifted foot in the air returns to its own path, in seconds: half of a step.
 pub const RETURN: f64 = 0.2;
 
-/// The pose of an animal in a frame, in metres, +Z up.
+/// The pose of an animal in one frame. Positions are in metres, with +Z up.
 #[derive(Clone, Copy, Debug)]
 pub struct AnimalFrame {
     /// The middle between hips and shoulders.
     pub centre: DVec3,
-    /// The rotation from forward, left and up of the trunk to the world.
+    /// The rotation from the axes of the trunk (+X forward, +Y left, +Z up) to the world.
     pub rotation: DQuat,
     pub hips: [DVec3; 4],
     pub knees: [DVec3; 4],
@@ -58,21 +62,21 @@ pub struct AnimalFrame {
 }
 
 impl AnimalFrame {
-    /// The vector from a hip or a shoulder to its paw, in the frame of the trunk.
+    /// The vector from a hip or a shoulder to its paw, in the axes of the trunk.
     pub fn leg(&self, index: usize) -> DVec3 {
         self.rotation.inverse() * (self.paws[index] - self.hips[index])
     }
 
-    /// The vector of the upper part of the leg, in the frame of the trunk.
+    /// The vector of the upper bone of a leg, in the axes of the trunk.
     pub fn thigh(&self, index: usize) -> DVec3 {
         self.rotation.inverse() * (self.knees[index] - self.hips[index])
     }
 }
 
-/// The motion of an animal.
+/// The pose of an animal in each frame of its motion.
 #[derive(Clone, Debug)]
 pub struct AnimalTrack {
-    /// The rotation from the file to +Z up.
+    /// The rotation from the axes of the file to axes with +Z up.
     pub to_world: DQuat,
     pub frames: Vec<AnimalFrame>,
     /// The mean length of the legs along their bones, in metres.
@@ -85,7 +89,7 @@ pub struct AnimalTrack {
 impl AnimalTrack {
     pub fn new(source: &Scene, animation: &Animation, figure: &Figure, animal: &Quadruped) -> Self {
         let metres = f64::from(figure.metres());
-        // The file's axes in cyclic order, if +Y is up: +Z becomes +X.
+        // If +Y is up, the axes of the file are exchanged in cyclic order: +Z becomes +X.
         let to_world = match figure.up_direction() {
             Vec3::Y => DQuat::from_mat3(&DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X)),
             up => DQuat::from_rotation_arc(up.as_dvec3().normalize(), DVec3::Z),
@@ -137,7 +141,7 @@ impl AnimalTrack {
         track
     }
 
-    /// Rotates the trunk by its mean tilt in stance: shoulders may be lower or higher than hips.
+    /// Rotates the trunk by its mean tilt during contacts, because the shoulders may be lower or higher than the hips.
     fn level(&mut self) {
         let tilts = self.frames.iter().map(|frame| (frame.rotation * DVec3::X).z.asin());
         let mut tilts: Vec<f64> = tilts.collect();
@@ -148,7 +152,7 @@ impl AnimalTrack {
         }
     }
 
-    /// The paws in stance, for each frame.
+    /// For each frame, whether each paw is in contact with the ground.
     fn find_contacts(&self, fps: f64) -> Vec<[bool; 4]> {
         let frames = self.frames.len();
         let around = (AROUND * fps).round().max(1.0) as usize;
@@ -171,7 +175,7 @@ impl AnimalTrack {
             .collect()
     }
 
-    /// The mean sliding speed of paws in stance, in metres per second.
+    /// The mean speed of paws that slide during contacts, in metres per second. `None` without a contact.
     pub fn skate(&self, fps: f64) -> Option<f64> {
         let (mut sum, mut count) = (0.0, 0_usize);
         for (frame, pair) in self.frames.windows(2).enumerate() {
@@ -184,7 +188,8 @@ impl AnimalTrack {
     }
 }
 
-/// The pose in which an animal stands: the rest pose, or else the pose of its motion that stands best.
+/// The pose in which an animal stands. It is the rest pose if this pose stands, and otherwise the frame of the motion
+/// that is nearest to standing.
 #[derive(Clone, Debug)]
 pub struct Standing {
     pub pose: Pose,
@@ -216,8 +221,8 @@ impl Standing {
     }
 }
 
-/// The axis along which the legs of an animal stand, over a few poses of its motion and its rest pose. `None` if the
-/// legs stand along no axis.
+/// The up axis: the axis along which the legs of an animal stand, in a few poses of its motion and in its rest pose.
+/// `None` if the legs stand along no axis.
 pub fn up(scene: &Scene, animal: &Quadruped) -> Option<Guess<Axis>> {
     let legs = |pose: Pose| -> Vec3 {
         let leg = |leg: &QuadrupedLeg| (pose.position(leg.upper) - pose.position(leg.paw)).normalize_or_zero();
@@ -226,7 +231,7 @@ pub fn up(scene: &Scene, animal: &Quadruped) -> Option<Guess<Axis>> {
     let sum: Vec3 = poses(scene).into_iter().map(legs).sum();
     let (value, cosine) = Axis::nearest(sum);
     let reason = format!(
-        "the legs of the animal stand along it, at a mean angle of {:.0} degrees",
+        "the legs of the animal stand along this axis, with a mean deviation of {:.0} degrees",
         cosine.acos().to_degrees()
     );
     (cosine > ALONG && value.up().is_some()).then_some(Guess {
@@ -251,8 +256,8 @@ fn unrest(pose: &Pose, animal: &Quadruped, up: Vec3) -> f32 {
     if sum.is_finite() { sum } else { f32::MAX }
 }
 
-/// The shift of a foot in each frame that keeps it at its mean place in each stance, by at most `most`. The shift fades
-/// out in the air, within `fade` frames. In stance, the foot has the height `ground`, if given.
+/// For each frame, the shift that keeps a foot at its mean position in each contact. A shift is at most `most` long. In
+/// the air, it fades out within `fade` frames. If `ground` is given, the foot has this height in contact.
 pub fn shifts(stands: &[bool], feet: &[DVec3], ground: Option<f64>, most: f64, fade: f64) -> Vec<DVec3> {
     let fade = fade.round().max(1.0);
     let mut shift = vec![DVec3::ZERO; feet.len()];
@@ -271,7 +276,7 @@ pub fn shifts(stands: &[bool], feet: &[DVec3], ground: Option<f64>, most: f64, f
         for frame in frames.clone() {
             shift[frame] = of_frame(frame);
         }
-        // The frames in the air on both sides of the stance.
+        // The number of frames in the air before the contact and after it.
         let before = (0..frames.start).rev().take_while(|frame| !stands[*frame]);
         let after = (frames.end..stands.len()).take_while(|frame| !stands[*frame]);
         let sides: [(usize, Vec<usize>); 2] = [(frames.start, before.collect()), (frames.end - 1, after.collect())];

@@ -1,4 +1,4 @@
-//! The roll of bones, inferred from the motion.
+//! Infers the roll of bones from the motion.
 //!
 //! The positions of a bone's ends show the direction of the bone, but not its roll. A standing rest pose shows the
 //! roll. Without a standing rest pose, the motion shows the roll:
@@ -8,9 +8,11 @@
 //!   is bent. In a T-pose that faces +Z, a shin bends back and a forearm bends forward. So the axis is +X for a knee,
 //!   -Y for the left elbow and +Y for the right elbow. If a joint's coordinate frame lies along its bone, and the axis
 //!   is near a coordinate axis, that coordinate axis is used.
-//! - A limb that never bends has the hinge of the other side, mirrored, if joint frames are mirrored.
-//! - Pelvis, spine, neck and head get the average heading of hips and shoulders over the frames in which the body
-//!   stands. Nobody looks aside all the time. A coordinate frame that lies along the spine has the axes of the body.
+//! - A limb that never bends gets the mirrored hinge of the other side, if the coordinate frames of both sides are
+//!   mirror images.
+//! - Pelvis, spine, neck and head face in the average heading of hips and shoulders, over the frames in which the body
+//!   stands. A person does not look aside all the time, so this average is forward. If the coordinate frame of such a
+//!   joint has an axis along the spine, it has the axes of the body.
 //! - An upper arm or a thigh that never bends gets the smallest average roll against the trunk. A hand gets the
 //!   smallest average roll against its forearm.
 //! - Feet, toes, hands and fingers get their average rotation relative to their parents. Knuckles get their average
@@ -34,34 +36,34 @@ use super::poses::sample;
 /// The smallest number of frames that show an axis or an average.
 const FEWEST: usize = 5;
 
-/// The largest angle in radians between the axis of a loose hinge and its expected axis. Up to this angle, the lower
-/// bone gets the roll of the upper bone.
+/// A loose hinge is a knee or an elbow whose joint also twists the lower bone. If its axis is within this angle of the
+/// expected axis, in radians, the lower bone gets the roll of the upper bone.
 const FARTHEST: f32 = 1.05;
 
 /// The error of a hinge in radians above which the hinge is uncertain: 3 degrees.
 const VAGUE: f32 = 0.05;
 
-/// The cosine of 25 degrees. Up to this angle, the choice between quarter turns is clear. The angle is between an axis
-/// of the lower joint and the average axis of the hinge, in the frame of the joint.
+/// The cosine of 25 degrees. If a coordinate axis of the lower joint is within this angle of the average hinge axis, it
+/// is clear which coordinate axis is the hinge.
 const CLEAR: f32 = 0.906;
 
-/// The largest average angle in radians between a joint of the trunk and the axes of the body: 34 degrees. Up to this
-/// angle, a joint whose frame lies along the trunk has the axes of the body.
+/// The largest average angle between the coordinate frame of a joint and the axes of the body, in radians: 34 degrees.
+/// Up to this angle, a joint with an axis along the trunk has exactly the axes of the body.
 const AGREES: f32 = 0.6;
 
-/// The same angle in radians for a head, which looks around: 46 degrees.
+/// The value that replaces [`AGREES`] for a head, because heads look around, in radians: 46 degrees.
 const HEAD_AGREES: f32 = 0.8;
 
-/// The smallest cosine of the angle between the line of the hip joints and an axis of a pelvis that lies along this
-/// line: 8 degrees.
+/// The cosine of 8 degrees. An axis of the pelvis within this angle of the line through the hip joints lies along this
+/// line.
 const PELVIS_ALONG: f32 = 0.99;
 
 /// The evidence for a bone's roll in the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Evidence {
-    /// The bone's hinge.
+    /// The hinge of the bone.
     Hinge,
-    /// The bone's hinge, although the hinge of the other side is not its mirror image.
+    /// The hinge of the bone, although the hinge of the other side is not its mirror image.
     UnlikeOtherSide,
     /// The mirrored hinge of the other side.
     OtherSide,
@@ -69,26 +71,29 @@ pub(super) enum Evidence {
     Average,
 }
 
-/// The evidence of a body's motion.
+/// What the motion of a body shows about the rolls of its bones.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shown {
-    /// The joint that turns with the bone at its hinge, and the axis in its frame.
+    /// For each bone with a hinge: the joint that turns with the bone at the hinge, and the hinge axis in the
+    /// coordinate frame of this joint.
     hinges: BTreeMap<Bone, (NodeId, Vec3)>,
-    /// Bones whose hinge is not the mirror image of the other side's.
+    /// Bones whose hinge is not the mirror image of the hinge of the other side.
     contradicted: BTreeSet<Bone>,
     /// Bones with an uncertain hinge: other frames of the motion could give another axis.
     vague: BTreeSet<Bone>,
-    /// For a bone that never bends: the joint, and the axes in its frame that mirror the hinge of the other side.
+    /// For a bone that never bends: the joint, and the axes that mirror the hinge of the other side, in the coordinate
+    /// frame of this joint.
     mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
-    /// For a shin or forearm whose joint twists it too: the joint, and the hinge of the bone above in its frame. The
-    /// flag states whether the hinge is clearly one of the joint's coordinate axes.
+    /// For a shin or a forearm whose joint also twists it: the joint, and the hinge of the bone above, in the
+    /// coordinate frame of this joint. The flag states whether the hinge is clearly one of the joint's coordinate axes.
     loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
-    /// Rotations from joints of the trunk, and first joints of limbs, to left, up and forward.
+    /// For each joint of the trunk and each first joint of a limb: the rotation from its coordinate frame to the axes
+    /// of the body (left, up, forward).
     averages: BTreeMap<NodeId, Quat>,
     /// Joints of the trunk whose coordinate frames have the axes of the body. The average confirms them, but is not
     /// used as their rotation.
     exact: BTreeSet<NodeId>,
-    /// Average rotations from hands to the joints of their forearms.
+    /// For each hand: the joint of its forearm, and the average rotation from the hand to this joint.
     hands: BTreeMap<Bone, (NodeId, Quat)>,
     /// Joints of the pelvis, the spine, the neck and the head, from the bottom up.
     pub(super) trunk: Vec<NodeId>,
@@ -106,7 +111,8 @@ const LIMBS: [[Bone; 3]; 4] = [
     [Bone::RightUpperArm, Bone::RightLowerArm, Bone::RightHand],
 ];
 
-/// The axis about which a bone bends at its hinge, in the frame of the T-pose; `None` for bones without a hinge.
+/// The axis about which a bone bends at its hinge, in the coordinate frame of the T-pose. `None` for a bone without a
+/// hinge.
 pub fn bend_axis(bone: Bone) -> Option<Vec3> {
     let is_left = bone.side() != Some(Side::Right);
     match bone.on(Side::Left) {
@@ -199,7 +205,7 @@ impl Shown {
         shown
     }
 
-    /// Adds the evidence of a limb. `lower` is the mean rotation of its lower joint relative to the upper joint.
+    /// Adds what a limb shows. `lower` is the mean rotation of its lower joint relative to its upper joint.
     fn take(&mut self, limb: &Limb, lower: &Mean) {
         let [upper_hinge, lower_hinge] = limb.hinges();
         let at = |index: usize, axis: Vec3| (limb.bones[index], (limb.turned[index], axis));
@@ -239,9 +245,9 @@ impl Shown {
         }
     }
 
-    /// The rotation about `along`, a bone's direction in the world, that gives the bone the roll shown by the motion.
-    /// `axes` rotates the coordinate frame of the T-pose to the world. `rotation` is the current world rotation of a
-    /// joint of the bone. `above` is the world rotation of a forearm's joint in the T-pose.
+    /// The rotation about `along` that gives a bone the roll that the motion shows. `along` is the direction of the
+    /// bone in the world. `axes` rotates the coordinate frame of the T-pose to the world. `rotation` is the current
+    /// world rotation of a joint of the bone. `above` is the world rotation of a forearm's joint in the T-pose.
     pub(super) fn roll(
         &self,
         bone: Bone,
@@ -289,8 +295,8 @@ impl Shown {
         average.map(|angle| about(angle, Evidence::Average))
     }
 
-    /// The world rotation of a hand with its average rotation relative to the forearm, if the forearm has
-    /// `forearm_rotation`.
+    /// The world rotation of a hand that has its average rotation relative to the forearm. `forearm_rotation` gives the
+    /// world rotation of the forearm's joint.
     pub(super) fn hand(&self, bone: Bone, forearm_rotation: impl Fn(NodeId) -> Quat) -> Option<Quat> {
         let (forearm, average) = self.hands.get(&bone)?;
         let hand = forearm_rotation(*forearm) * *average;
@@ -377,8 +383,8 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<TrunkA
     all
 }
 
-/// The joints of the trunk with coordinate frames along the trunk. The pelvis lies along the line of the hip joints,
-/// the head along its only child, others along the spine.
+/// The joints of the trunk whose coordinate frames have an axis along the trunk. For the pelvis, this is the line of
+/// the hip joints. For the head, it is the line to its only child, and for other joints the spine.
 fn laid_along(
     scene: &Scene,
     hierarchy: &Hierarchy,
@@ -408,7 +414,7 @@ fn laid_along(
         .collect()
 }
 
-/// Feet, toes, hands and fingers.
+/// The joints of feet, toes, hands and fingers, whose rotations relative to their parents are averaged.
 fn usual(scene: &Scene, bones: &BTreeMap<Bone, NodeId>) -> Vec<AverageRotation> {
     let is_end = |bone: Bone| {
         let of_limb = matches!(bone.on(Side::Left), Bone::LeftFoot | Bone::LeftToes | Bone::LeftHand);

@@ -1,4 +1,4 @@
-//! Directions along axes, and kinds of rest poses.
+//! Defines directions along axes, and kinds of rest poses.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub enum Axis {
     NegY,
     #[serde(rename = "-z")]
     NegZ,
-    /// Unknown: the file does not show it.
+    /// The direction is unknown, because the file does not show it.
     #[serde(rename = "unknown")]
     Unknown,
 }
@@ -70,7 +70,7 @@ impl Axis {
         }
     }
 
-    /// Its name, such as `-y`.
+    /// The name of the axis, such as `-y`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -103,20 +103,20 @@ impl From<UpAxis> for Axis {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum RestPose {
-    /// Standing, arms sideways.
+    /// The figure stands with its arms to the sides.
     TPose,
-    /// Standing, arms between sideways and down.
+    /// The figure stands with its arms between sideways and down.
     APose,
-    /// Standing, arms down.
+    /// The figure stands with its arms down.
     IPose,
     /// The bones lie along axes and do not form a figure.
     Collapsed,
-    /// Anything else.
+    /// Any other pose.
     Other,
 }
 
 impl RestPose {
-    /// Its name in JSON.
+    /// The name of the rest pose in JSON.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::TPose => "t-pose",

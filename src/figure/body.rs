@@ -15,12 +15,12 @@ use crate::report::{TPoseBone, TPoseReason, TPoseSource};
 use crate::t_pose::{self, limb_end};
 use crate::{Confidence, Figure, HumanoidBone as Bone, TPose};
 
-/// With fewer frames than this, all frames may show one part of a step. This was measured on motions whose rest pose is
-/// not a standing pose. In excerpts of 20 to 24 frames, feet, pelvis and head deviate by up to 37 degrees from the
-/// whole motion.
+/// A motion with fewer frames than this number may show only one part of a step. This was measured on motions whose
+/// rest pose is not a standing pose. In excerpts of 20 to 24 frames, feet, pelvis and head deviate by up to 37 degrees
+/// from the whole motion.
 const FEW_FRAMES: usize = 30;
 
-/// With fewer frames than this, the motion is no evidence.
+/// A motion with fewer frames than this number is no evidence.
 const TOO_FEW_FRAMES: usize = 5;
 
 /// A humanoid with the coordinate frames of its T-pose.
@@ -28,7 +28,7 @@ const TOO_FEW_FRAMES: usize = 5;
 pub struct Body {
     /// The rotation from the T-pose's coordinate frame (+X left, +Y up, +Z forward) to the world.
     pub axes: Quat,
-    /// The figure, with the left and right of the body.
+    /// The figure. Its left and right bones are on the left and right of the body, even if the names exchange both.
     pub figure: Figure,
     pub hips: NodeId,
     pub bones: BTreeMap<Bone, NodeId>,
@@ -53,17 +53,17 @@ pub struct Body {
 }
 
 impl Body {
-    /// What to do about a scene without a humanoid.
+    /// The help text for the error that a scene has no humanoid.
     pub fn help(scene: &Scene) -> &'static str {
         match scene.has_points() {
             true => "solve a skeleton from the markers: {markers} auto, or mocap solve",
-            false => "name its bones in a map, or choose another file",
+            false => "name the bones of the skeleton in a map, or choose another file",
         }
     }
 
-    /// The body of the figure of a scene.
+    /// The body of `figure`, the figure of `scene`. `role` names the scene in errors.
     pub fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
-        // Whoever uses the body samples its frames, so their number is limited here.
+        // Every user of a body samples the frames of the scene, so their number is limited here.
         FrameBudget::of_scene(&Limits::default()).check(scene)?;
         let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
@@ -92,7 +92,7 @@ impl Body {
             .collect();
         figure.humanoid = figure.humanoid.with_sides_of_the_body();
         let hierarchy = Hierarchy::new(scene);
-        // If a step rotated the scene upright, the guess is in the record of the step.
+        // If a step has already rotated the scene upright, the guess of the up axis is in the record of this step.
         let mut assumptions = figure
             .survey
             .assumptions()
@@ -119,7 +119,7 @@ impl Body {
         body.trunk_and_neck(scene);
         body.leg = body.leg_length();
         if !(body.leg.is_finite() && body.leg > 0.0) {
-            return Err(refused("its legs have no length at rest".to_owned()));
+            return Err(refused("the legs have no length at rest".to_owned()));
         }
         Ok(body)
     }
@@ -177,7 +177,8 @@ impl Body {
         self.t_pose.frame_to_joint(bone, joint)
     }
 
-    /// Converts a vector that rotates with `bone` from the reference pose to the T-pose, in the axes of the figure.
+    /// Converts a vector that is fixed to `bone`: from its direction in the reference pose to its direction in the
+    /// T-pose, in the axes of the figure.
     pub(crate) fn to_frame(&self, bone: Bone, vector: Vec3) -> Vec3 {
         self.axes.inverse() * self.t_pose.reference_to_t_pose(bone) * vector
     }
@@ -205,12 +206,12 @@ impl Body {
         self.t_pose.rotations[node.index()]
     }
 
-    /// Whether the T-pose is computed, because the rest pose does not stand.
+    /// Whether the T-pose is computed from the bones, because the figure does not stand in its rest pose.
     pub fn is_computed(&self) -> bool {
         self.t_pose.source == TPoseSource::Computed
     }
 
-    /// Whether the T-pose is made from a standing rest pose.
+    /// Whether the T-pose is made from the rest pose, because the figure stands in its rest pose.
     pub fn stands_at_rest(&self) -> bool {
         self.t_pose.source == TPoseSource::RestPose
     }
@@ -229,8 +230,8 @@ impl Body {
         is_unsure && self.figure.humanoid.sides_confidence == Confidence::Unsure
     }
 
-    /// Bones whose roll is not certain, with the reason: limbs, hands, neck and head whose roll only an average shows.
-    /// If the only evidence is a few frames, hips and feet are among them.
+    /// The bones whose roll is not certain, each with the reason. These are limbs, hands, neck and head if only an
+    /// average shows their roll. If only a few frames show the rolls, hips and feet are uncertain, too.
     pub fn guessed(&self) -> Vec<(Bone, String)> {
         if !self.is_computed() {
             return Vec::new();
@@ -254,7 +255,7 @@ impl Body {
             Some((bone, reason))
         };
         let up = self.unsure_up.iter().map(|up| {
-            let reason = format!("turned for the up axis {up}, which is only a guess: state the up axis");
+            let reason = format!("turned for the up axis {up}, which is only a guess: state the up axis of the file");
             (Bone::Hips, reason)
         });
         let sides = self.are_sides_unsure().then(|| {
@@ -270,7 +271,8 @@ impl Body {
         self.axes * Vec3::Y
     }
 
-    /// The node towards which a bone points: the next bone, else the only child of its joint.
+    /// The node towards which a bone points: the joint of the next bone, or otherwise the only child of the bone's
+    /// joint.
     pub(crate) fn next(&self, bone: Bone, joint: NodeId) -> Option<NodeId> {
         t_pose::next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint)
     }
@@ -284,7 +286,7 @@ impl Body {
         }
     }
 
-    /// The height of a foot's joint if the body stands and its ankles have the height `ankle`.
+    /// The height of a joint of the foot when the body stands. `ankle` is the height of the ankles in this pose.
     pub fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
         let joint = self.foot_joint(bone);
         let foot = self.joint(Bone::LeftFoot.on(bone.side().unwrap_or(Side::Left)));
@@ -306,7 +308,7 @@ impl Body {
         let between = between.and_then(|(neck, head)| self.hierarchy.path(neck, head));
         let between = between.unwrap_or_default().into_iter().filter(is_joint);
         let neck = neck.into_iter().chain(between).collect();
-        // Joints before the spine, such as a second pelvis, belong to the hips.
+        // Joints between the hips and the spine, such as a second pelvis, belong to the hips.
         let trunk = trunk.map(|mut path| {
             let first = spine
                 .first()

@@ -1,4 +1,4 @@
-//! The names of a humanoid's joints in different programs.
+//! Lists the names of a humanoid's joints in different programs.
 //!
 //! - VRM 1.0's humanoid, Mixamo's characters, the skeletons of MHR and SOMA
 //! - Unreal's mannequin (`SK_Mannequin`), Godot's `SkeletonProfileHumanoid`, Unity's `HumanBodyBones` (Mecanim)
@@ -112,7 +112,7 @@ impl BoneNames {
         Self::Soma,
     ];
 
-    /// The name that users type.
+    /// The name of the scheme, as a user types it.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Vrm => "vrm",
@@ -126,12 +126,12 @@ impl BoneNames {
         }
     }
 
-    /// The naming scheme of this name.
+    /// The naming scheme with this name; `None` if there is none.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|names| names.as_str() == name)
     }
 
-    /// The name of a bone; `None` if these skeletons lack the bone.
+    /// The name of a bone in this scheme; `None` if its skeletons lack the bone.
     pub fn name_of(self, bone: Bone) -> Option<String> {
         let column = match self {
             Self::Vrm => return Some(bone.as_str().to_owned()),
@@ -161,7 +161,7 @@ impl BoneNames {
         (!name.is_empty()).then(|| format!("{prefix}{name}"))
     }
 
-    /// The names of all bones.
+    /// The name of every bone in this scheme.
     pub fn names(self) -> HumanoidMap {
         let named = Bone::ALL.iter().map(|bone| (*bone, self.name_of(*bone)));
         named.filter(|(_, name)| name.is_some()).collect()

@@ -1,19 +1,19 @@
-//! The rule for contacts of feet and hands with the ground, for all commands.
+//! Defines when a foot or a hand is in contact with the ground, for all commands.
 
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 use super::humanoid::Humanoid;
 
-/// The thresholds of a contact. A contact starts when a point is low and slow, and ends when its height or speed
-/// exceeds `release` times its threshold. Heights are relative to the point's own resting level: an ankle rests higher
-/// above the floor than a toe.
+/// The thresholds of a contact. A contact starts when a point's height is at most `height` and its speed at most
+/// `speed`. It ends when the height or the speed is above `release` times this threshold. Heights are relative to the
+/// point's own resting level, because an ankle rests higher above the floor than a toe.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactRule {
-    /// The largest height in contact, in metres.
+    /// The largest height of a point at the start of a contact, in metres.
     pub height: f64,
-    /// The largest speed in contact, in metres per second.
+    /// The largest speed of a point at the start of a contact, in metres per second.
     pub speed: f64,
-    /// The factor by which height or speed must exceed its threshold to end a contact.
+    /// A contact ends when the height or the speed is above this factor times its threshold.
     pub release: f64,
     /// The shortest contact, in seconds. Shorter contacts are dropped.
     pub shortest: f64,
@@ -21,8 +21,8 @@ pub struct ContactRule {
     pub gap: f64,
 }
 
-/// The factor by which height or speed must exceed its threshold to end a contact. It applies to reported contacts and
-/// to contacts that hold the feet.
+/// A contact ends when the height or the speed is above this factor times its threshold. The factor applies to contacts
+/// in reports and to contacts that lock the feet.
 const RELEASE: f64 = 1.6;
 
 impl Default for ContactRule {
@@ -38,8 +38,8 @@ impl Default for ContactRule {
 }
 
 impl ContactRule {
-    /// The contacts of one point: whether it is in contact in each frame. `samples` has its height above the resting
-    /// level in metres, and its speed in metres per second.
+    /// For each frame, whether a point is in contact. `samples` has the height of the point above its resting level in
+    /// metres, and its speed in metres per second.
     pub fn at_rest(&self, samples: impl Iterator<Item = (f64, f64)>, frame_rate: f64) -> Vec<bool> {
         let mut at_rest = self.low_and_slow(samples);
         let frames = |seconds: f64| frames_in(seconds, frame_rate, at_rest.len());

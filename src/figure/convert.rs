@@ -38,7 +38,8 @@ pub use self::moment::{Moment, TimeRange};
 #[doc(hidden)]
 pub use self::space::{Needs, Space};
 
-/// The treatment of the first frame. In some files, such as a conversion of the CMU database, it is a rest pose.
+/// What a conversion does with the first frame. In some files, such as a conversion of the CMU database, the first
+/// frame is a rest pose.
 ///
 /// [`Conversion::first_frame`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,26 +63,27 @@ pub enum FirstFrame {
     Keep,
 }
 
-/// The pose of the nodes without motion, which is also the bind pose of meshes.
+/// Which pose becomes the rest pose of the output: the pose of the nodes without motion, which is also the bind pose of
+/// meshes.
 ///
 /// [`Conversion::rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[doc(hidden)]
 #[non_exhaustive]
 pub enum RestPoseSource {
-    /// The rest pose of the file; in BVH the OFFSETs, with all rotations zero.
+    /// The rest pose of the file. In BVH, it consists of the OFFSETs, and all rotations are zero.
     #[default]
     InFile,
-    /// The pose of a frame of the file, from 0.
+    /// The pose of the frame with this number in the file. The first frame has the number 0.
     Frame(u64),
-    /// The T-pose of the humanoid: arms sideways, facing along an axis. All joint rotations are zero, so the axes of
-    /// all joints are the world axes.
+    /// The T-pose of the humanoid. Its arms are horizontal, and it faces along an axis. All joint rotations are zero,
+    /// so the axes of all joints are the world axes.
     TPose,
     /// The T-pose with its arms lowered by 45 degrees. All joint rotations are zero.
     APose,
 }
 
-/// The treatment of root motion.
+/// What a conversion does with root motion.
 ///
 /// [`Conversion::root`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,9 +101,10 @@ pub enum RootMotion {
 
 /// Converts an imported scene to the unit, the axes and the frames of an output.
 ///
-/// By default it converts lengths to metres and the axes to +Y up, and changes nothing else. The steps are steps of
-/// [`process`](mocap_scene::process), in this order: rest pose, trim, frame rate, unit and axes, root motion. Each is
-/// recorded in [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can undo it.
+/// By default, it converts lengths to metres and the axes to +Y up, and changes nothing else. It applies functions of
+/// [`process`](mocap_scene::process) in this order: rest pose of a frame, trim, frame rate, T-pose or A-pose, unit and
+/// axes, root motion, axes of joints. Each change is recorded in
+/// [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can undo it.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -143,13 +146,14 @@ impl Conversion {
         Self::default()
     }
 
-    /// Metres per unit of length of the file.
+    /// Sets how many metres one unit of length of the file is.
     ///
-    /// Default: the unit that the file states, or else the guess of [`Survey`](crate::Survey), in which the
-    /// figure has the size of a person, with an [`Assumption`](mocap_scene::scene::Assumption).
+    /// Default: the unit that the file states, or else the guess of [`Survey`](crate::Survey), in which the figure has
+    /// the size of a person. [`apply`](Self::apply) returns the guess as an
+    /// [`Assumption`](mocap_scene::scene::Assumption).
     ///
-    /// Every length is multiplied by this value. The guess is right for most people, and wrong for a giant or a mouse:
-    /// set the unit if you know it.
+    /// Every length is multiplied by this value. The guess is right for most people, but wrong for a giant or a mouse.
+    /// Set the unit if you know it.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -171,8 +175,8 @@ impl Conversion {
 
     /// The up axis of the file.
     ///
-    /// Default: the axis that the file states, or else the guess of [`Survey`](crate::Survey), the axis from
-    /// the feet to the head, with an [`Assumption`](mocap_scene::scene::Assumption).
+    /// Default: the axis that the file states, or else the guess of [`Survey`](crate::Survey): the axis from the feet
+    /// to the head. [`apply`](Self::apply) returns the guess as an [`Assumption`](mocap_scene::scene::Assumption).
     ///
     /// With [`UpAxis::Z`] the scene is rotated by -90 degrees about X, so that +Y is up: (x, y, z) becomes (x, z, -y).
     /// Only the root is rotated; other joints keep their rotations.
@@ -196,10 +200,10 @@ impl Conversion {
         self
     }
 
-    /// Metres per unit of length of the output.
+    /// Sets how many metres one unit of length of the output is.
     ///
-    /// Default: 1, or the file's own unit with [`keep_units`](Self::keep_units). glTF is in metres; leave the default
-    /// for it.
+    /// Default: 1, or the file's own unit with [`keep_units`](Self::keep_units). glTF files are in metres, so keep the
+    /// default for them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -220,8 +224,8 @@ impl Conversion {
 
     /// The up axis of the output.
     ///
-    /// Default: +Y, or the file's own axis with [`keep_units`](Self::keep_units). glTF has +Y up; leave the default for
-    /// it.
+    /// Default: +Y, or the file's own axis with [`keep_units`](Self::keep_units). In glTF files, +Y is up, so keep the
+    /// default for them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -245,9 +249,9 @@ impl Conversion {
     ///
     /// Default: `false`, the output is in metres with +Y up.
     ///
-    /// This is for BVH, which has no unit and no up axis: without other options, the values do not change. A unit or
-    /// axis that is kept and not needed is not guessed. `Exporter` does not guess either: it writes such a scene with
-    /// its values and a warning.
+    /// Use this for an output in BVH, which states no unit and no up axis. Without other options, the values do not
+    /// change. The conversion guesses a unit or an axis only if it needs it. `Exporter` does not guess, either: it
+    /// writes such a scene with its values and a warning.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -265,8 +269,8 @@ impl Conversion {
         self
     }
 
-    /// The joints of the humanoid's bones, if the guess of [`Humanoid::of`](crate::Humanoid::of) is wrong or finds
-    /// none; `None` for a bone that the skeleton lacks.
+    /// The joint of each bone, for bones that [`Humanoid::of`](crate::Humanoid::of) finds wrongly or not at all; `None`
+    /// for a bone that the skeleton lacks.
     ///
     /// Default: empty.
     ///
@@ -294,7 +298,7 @@ impl Conversion {
     /// Default: the whole motion.
     ///
     /// Both ends are included. It is an error if the first time is after the last frame, or the last time before the
-    /// first. A last time after the last frame means the last frame.
+    /// first. If the last time is after the last frame, the motion is kept up to its last frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -322,8 +326,9 @@ impl Conversion {
     /// Default: the file's own frames.
     ///
     /// Between two frames, positions are interpolated linearly and rotations by slerp, but not across a
-    /// [cut](mocap_scene::Scene::cuts). If the file's frame time is rounded, and the frames of both rates coincide only
-    /// without the rounding, the exact rate is used, with an [`Assumption`](mocap_scene::scene::Assumption).
+    /// [cut](mocap_scene::Scene::cuts). The frame time in a file may be rounded. If frames of both rates coincide only
+    /// without this rounding, [`apply`](Self::apply) uses the exact rate, and returns an
+    /// [`Assumption`](mocap_scene::scene::Assumption).
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -343,12 +348,12 @@ impl Conversion {
         self
     }
 
-    /// The treatment of the first frame.
+    /// What to do with the first frame.
     ///
     /// Default: [`FirstFrame::Keep`].
     ///
-    /// A motion with a rest pose as its first frame begins with a jump. Frame numbers in other options count the
-    /// dropped frame.
+    /// If the first frame is a rest pose, the motion begins with a jump. Frame numbers in other options are those
+    /// before the first frame is dropped.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -372,7 +377,8 @@ impl Conversion {
     ///
     /// Default: [`RestPoseSource::InFile`].
     ///
-    /// The motion does not change. For targets that need a T-pose, choose a frame in which the motion has one.
+    /// The motion does not change. For targets that need a T-pose, choose a frame in which the figure stands in a
+    /// T-pose.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -392,7 +398,7 @@ impl Conversion {
         self
     }
 
-    /// The treatment of root motion.
+    /// What a conversion does with root motion.
     ///
     /// Default: [`RootMotion::Keep`].
     ///
@@ -417,8 +423,8 @@ impl Conversion {
 
     /// Limits for resampling.
     ///
-    /// Default: [`Limits::default`]. Beyond [`Limits::max_values`], [`apply`](Self::apply) fails with
-    /// [`Code::LimitExceeded`] before it allocates memory.
+    /// Default: [`Limits::default`]. If the result would have more than [`Limits::max_values`] values,
+    /// [`apply`](Self::apply) fails with [`Code::LimitExceeded`] before it allocates memory.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -435,7 +441,7 @@ impl Conversion {
         self
     }
 
-    /// Checks the numbers that do not depend on a scene: unit, frame rate and times.
+    /// Checks the options that do not depend on a scene: the units, the frame rate and the times.
     ///
     /// ```
     /// use mocap::Conversion;

@@ -11,18 +11,20 @@ use super::poses::poses;
 use super::{Confidence, Unit};
 use mocap_scene::scene::report::Guess;
 
-/// The height of a person in metres, from joint to joint. The largest extent of a moving body stays close to this
-/// height: spread arms have the same span.
+/// The height of a person in metres, from the ankles to the head joint. The largest extent of a moving body stays close
+/// to this height, because spread arms have the same span.
 const TYPICAL_HEIGHT: f64 = 1.7;
 
-/// The factor around the typical height within which a guess is sure: 1.36 m to 2.1 m, nearly all adults.
+/// A guess is sure if it differs from the typical height by at most this factor. The range is 1.36 m to 2.1 m, which
+/// includes nearly all adults.
 const SURE_WITHIN: f64 = 1.25;
 
-/// The factor within which a guess is likely: children of six years, and figures in games.
+/// A guess is likely if it differs from the typical height by at most this factor. The range includes children of six
+/// years, and figures in games.
 const LIKELY_WITHIN: f64 = 1.4;
 
-/// The largest variation of the feet's height on the floor, as a fraction of the figure's size. Jumps and stairs vary
-/// the height.
+/// The largest variation of the height of the lowest foot in a motion on a floor, as a fraction of the figure's size.
+/// Jumps and stairs vary this height.
 const FLOOR_SPREAD: f64 = 0.4;
 
 /// Body parts whose names indicate a whole body.
@@ -42,7 +44,8 @@ pub(super) struct Extent {
     feet_to_head: Option<Vec3>,
     /// The vector from the feet to the head in the rest pose.
     feet_to_head_at_rest: Option<Vec3>,
-    /// The range of the lowest foot along each axis. Along the up axis, the lowest foot returns to the floor.
+    /// For each axis, how much the position of the lowest foot varies along it. Along the up axis, this is little,
+    /// because the lowest foot returns to the floor.
     floor_spread: Vec3,
 }
 
@@ -73,8 +76,8 @@ impl Extent {
 
     /// The unit in which the figure's size is nearest to a person's height.
     ///
-    /// Decimetres are rare, and less than twice the CMU unit. They are chosen only if the rest pose agrees: it does not
-    /// crouch, and in CMU files its arms are spread.
+    /// Decimetres are rare, and a decimetre is less than twice the CMU unit. So decimetres are chosen only if the rest
+    /// pose confirms them. A rest pose does not crouch, and in CMU files its arms are spread.
     pub(super) fn unit(&self) -> Guess<Unit> {
         let off = |size: f64, unit: &Unit| {
             let ratio = size * unit.metres() / TYPICAL_HEIGHT;
@@ -119,7 +122,7 @@ impl Extent {
     /// The axis from the feet to the head.
     ///
     /// The head is not always above the feet, as in swimming or in some rest poses. If the motion and the rest pose
-    /// disagree, the motion decides, provided that its feet return to a floor, as for an upright figure.
+    /// disagree, the motion decides if its feet return to a floor, as those of an upright figure do.
     pub(super) fn up(&self) -> Guess<UpAxis> {
         let Some(to_head) = self
             .feet_to_head
@@ -129,7 +132,7 @@ impl Extent {
                 (false, false) => "no joint is called head or foot",
                 (true, false) => "no joint is called foot",
                 (false, true) => "no joint is called head",
-                (true, true) => "the head and the feet are at one point",
+                (true, true) => "the head and the feet are at the same point",
             };
             return Guess {
                 value: UpAxis::Y,

@@ -1,10 +1,11 @@
-//! The definition of the ground for contacts, cleaning, pictures, retargeting, robots and surveys.
+//! Finds the ground of a motion, for contacts, cleaning, pictures, retargeting, robots and surveys.
 //!
-//! Ankles, balls of the feet and toe tips each have a resting level in the motion. The level is the fifth percentile of
-//! the height of the lowest point, without feet that have sunk into the ground. A frame's weight is the distance that
-//! the feet move around it, so a long stance counts about as much as a step. Held frames have no weight. A rest pose
-//! from which the motion jumps away has no weight either. The soles are at the lowest of these levels, or where the
-//! skin shows them. A floor at height 0 is expected: if the soles are near 0, the ground is at 0.
+//! Ankles, balls of the feet and toe tips each have a resting level in the motion. In each frame, the height of the
+//! lower of the left and the right point counts. The level is the fifth percentile of these heights, without feet that
+//! have sunk into the ground. A frame's weight is the distance that the feet move around it, so a long stance counts
+//! about as much as a step. Frames that repeat the frame before have no weight, and neither has a rest pose from which
+//! the motion jumps away. The soles are at the lowest of these levels, or at the height that the skin shows. Most files
+//! have a floor at height 0. So if the soles are near 0, the ground is at 0.
 
 mod drift;
 mod levels;
@@ -23,7 +24,8 @@ use super::hierarchy::Hierarchy;
 use crate::report::Guess;
 use crate::{Confidence, Humanoid, HumanoidBone as Bone};
 
-/// The largest distance from the ground of the lowest joint in a standing rest pose, as a fraction of the leg.
+/// In a rest pose that stands on the ground, the largest distance of the lowest joint from the ground, as a fraction of
+/// the leg.
 const STANDS: f32 = 0.1;
 
 /// The largest height of a motion's ankles above the ankles of a standing body, as a fraction of the leg. If the ankles
@@ -38,7 +40,7 @@ const FLAT: f32 = 0.05;
 /// ground. The hips of a crouching body are higher.
 const UPRIGHT: f32 = 0.65;
 
-/// The number of frames of an animation in which the height of the hips is examined.
+/// The number of frames of an animation whose hips are examined.
 const LOOKS: usize = 100;
 
 /// Distances of the soles from height 0, as fractions of the leg. Up to the first, the soles stand on a floor at 0.
@@ -64,7 +66,7 @@ enum Sole {
 /// The ground of a motion, along the up axis, in units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// The resting level of the ankles; without feet, of the ends of the shins.
+    /// The resting level of the ankles. If the body has no feet, the resting level of the ends of the shins.
     pub ankles: Option<f32>,
     /// The resting level of the balls of the feet.
     pub balls: Option<f32>,
@@ -115,8 +117,8 @@ impl Ground {
         (part * self.soles.0).min(self.joints()) + 0.0
     }
 
-    /// The distance of height 0 from the soles. In push-offs, toe tips are below the soles, so the soles are somewhere
-    /// between the toe tips and the joints.
+    /// The distance of height 0 from the soles. When a foot pushes off, its toe tip is below the sole, so the sole is
+    /// somewhere between the level of the toe tips and the level of the joints.
     fn distance_of_zero(&self) -> f32 {
         match self.soles {
             (soles, Sole::Ends) if soles < 0.0 => (-self.joints()).max(0.0),
@@ -148,11 +150,11 @@ impl Ground {
 
 /// The nodes that show the height of the ground.
 pub struct FootPoints {
-    /// The ankles, the balls and the tips of the feet, with both sides together.
+    /// Three lists of nodes: the ankles, the balls and the tips of the feet, each with the left and the right node.
     pub nodes: [Vec<NodeId>; 3],
-    /// The distance of the soles' skin below the ankles at rest.
+    /// The distance from the ankles down to the skin of the soles, in the rest pose. `None` without a skin.
     skin: Option<f32>,
-    /// Thigh and shin.
+    /// The length of thigh plus shin.
     leg: f32,
 }
 
@@ -204,7 +206,7 @@ impl FootPoints {
     }
 }
 
-/// Thigh and shin at rest.
+/// The length of thigh plus shin in the rest pose.
 fn leg(rest: &Pose, humanoid: &Humanoid) -> f32 {
     let length = |side: Side| {
         let at = |bone: Bone| Some(rest.position(humanoid.joint(bone.on(side))?));
@@ -218,7 +220,7 @@ fn leg(rest: &Pose, humanoid: &Humanoid) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// The distance of the lowest vertex of a foot below its ankle at rest.
+/// The distance from the ankle down to the lowest vertex of the foot, in the rest pose.
 fn skin(
     scene: &Scene,
     rest: &Pose,
@@ -249,7 +251,8 @@ fn ends_of_shins(hierarchy: &Hierarchy, humanoid: &Humanoid) -> Vec<NodeId> {
         .collect()
 }
 
-/// The height of the standing body's ankles above the origin, from its animations, or else its rest pose.
+/// The height of the ankles above the origin when the body stands. It comes from the animations, or otherwise from the
+/// rest pose.
 pub fn of_motion(body: &Body, scene: &Scene) -> f32 {
     shown_by_motion(body, scene)
         .or_else(|| of_rest(body))
@@ -286,9 +289,10 @@ fn hips(body: &Body, scene: &Scene) -> Option<f32> {
     median(&mut heights)
 }
 
-/// The height of the ankles above the origin when the body stands: in a rest pose that stands on the ground, or else in
-/// the animations. If nothing shows the soles, their distance below the lowest joints of the feet comes from another
-/// body in its motion. It is scaled by `scale`, the ratio of the sizes.
+/// The height of the ankles above the origin when the body stands. It comes from a rest pose that stands on the ground,
+/// or otherwise from the animations. If nothing shows the soles, the distance from the lowest joints of the feet to the
+/// soles comes from the body `other` in its motion. This distance is multiplied by `scale`, the ratio of the sizes of
+/// both bodies.
 pub fn of_character((body, scene): (&Body, &Scene), (other, motion): (&Body, &Scene), scale: f32) -> f32 {
     let soles = || {
         let floor = other.figure.ground_of(motion).map_or(0.0, Ground::height);
@@ -299,7 +303,7 @@ pub fn of_character((body, scene): (&Body, &Scene), (other, motion): (&Body, &Sc
         .unwrap_or_else(|| of_skeleton(body) + soles())
 }
 
-/// Both ankles; without feet, the ends of the shins.
+/// Both ankles. If the body has no feet, the ends of the shins.
 fn ankles(body: &Body) -> Vec<NodeId> {
     let feet = [Bone::LeftFoot, Bone::RightFoot]
         .into_iter()
@@ -343,8 +347,8 @@ pub(crate) fn of_skeleton(body: &Body) -> f32 {
     }
 }
 
-/// The height of the floor in the reference pose: the ground on which the pose stands, or else the height of its lowest
-/// joint.
+/// The height of the floor in the reference pose. If the pose stands on a ground, this is the ground, and otherwise the
+/// height of the lowest joint.
 pub fn floor(body: &Body) -> f32 {
     match of_rest(body) {
         Some(_) => 0.0,

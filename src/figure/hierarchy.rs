@@ -27,7 +27,8 @@ impl Hierarchy {
         self.above(node).any(|above| above == ancestor.index())
     }
 
-    /// The nodes strictly between a node and its descendant, from the top down; `None` if it is not a descendant.
+    /// The nodes between the node `from` and its descendant `to`, from the top down. `from` and `to` are not included.
+    /// `None` if `to` is not a descendant.
     pub(crate) fn path(&self, from: NodeId, to: NodeId) -> Option<Vec<NodeId>> {
         self.is_below(to, from).then(|| {
             let between = self.above(to).take_while(|node| *node != from.index());

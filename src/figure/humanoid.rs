@@ -3,8 +3,8 @@
 //! Names alone mislead: the same word means different bones in different programs, and many skeletons have numbers as
 //! names. So every pair of limbs is tried as legs and as arms, with every assignment of its joints that keeps their
 //! order. The assignment that fits names and lengths best wins. It depends only on the skeleton, not on the motion, so
-//! all clips of one skeleton get the same map. The motion only decides if names and rest pose do not distinguish left
-//! from right.
+//! all clips of one skeleton get the same map. The motion has an effect only if names and rest pose do not distinguish
+//! left from right.
 
 mod body;
 mod creature;
@@ -53,9 +53,9 @@ const OF_ROBOT: &str = "the joints of the robot show the bones";
 pub struct HumanoidJoint {
     /// The joint: where the bone begins.
     pub joint: NodeId,
-    /// The confidence.
+    /// The confidence that the joint is this bone.
     pub confidence: Confidence,
-    /// The reason, as one phrase.
+    /// The reason for the choice, as one phrase.
     pub reason: String,
 }
 
@@ -75,14 +75,14 @@ pub enum Sides {
     Unknown,
 }
 
-/// The animal in a scene; `None` if the creature does not walk on four legs.
+/// The animal on four legs in a scene. `None` if the figure does not walk on four legs.
 pub(crate) fn quadruped_of(scene: &Scene, humanoid: &Humanoid) -> Option<Quadruped> {
     let is_one = humanoid.creature == Some(Creature::FourLegged);
     is_one.then(|| Quadruped::of(scene, humanoid)).flatten()
 }
 
 impl Sides {
-    /// Its name in JSON.
+    /// The name of the value in JSON.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Agree => "agree",
@@ -112,7 +112,7 @@ pub struct Humanoid {
     pub found: bool,
     /// The reason, as one phrase.
     pub reason: String,
-    /// The kind of creature, if the skeleton shows one instead of a humanoid.
+    /// The kind of creature, if the skeleton shows that the figure is an animal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub creature: Option<Creature>,
     /// The bones; empty if the skeleton is not a humanoid.
@@ -123,8 +123,8 @@ pub struct Humanoid {
     pub sides_confidence: Confidence,
     /// The reason, as one phrase.
     pub sides_reason: String,
-    /// The joints that follow a joint other than their parent, each with that joint. A map states these joints, or the
-    /// skin shows them.
+    /// The joints that follow another joint than their parent, each with the joint that it follows. A map states these
+    /// joints, or the skin shows them.
     #[serde(skip)]
     pub follow: BTreeMap<NodeId, NodeId>,
 }
@@ -135,9 +135,9 @@ impl Humanoid {
         self.bones.get(&bone).map(|found| found.joint)
     }
 
-    /// Explains the bones of `scene`: the scores of each table for the chosen assignment, and the second choice. `None`
-    /// if the file states the bones, or if no two chains can be legs. If [`Humanoid::of`] refuses the skeleton, the
-    /// refused assignment is explained.
+    /// Explains the bones of `scene`: how each table scores the chosen assignment, and the second best assignment.
+    /// `None` if the file states the bones, or if no two chains can be legs. If [`Humanoid::of`] refuses the skeleton,
+    /// the refused assignment is explained.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -161,10 +161,10 @@ impl Humanoid {
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
     }
 
-    /// Applies a map. The map may state another joint for a bone, or no joint, or the joint that a joint follows. A
-    /// joint can only be one bone: if the map assigns a joint to a bone, another bone that was found at this joint
-    /// loses the joint. A skeleton with a joint for each required bone is a humanoid. If the skeleton was refused, the
-    /// bones that the map omits are searched for around the bones that the map names.
+    /// Applies a map. For a bone, the map may state another joint or no joint. It may also state the joint that a joint
+    /// follows. A joint can only be one bone. If the map assigns a joint to a bone, another bone that was found at this
+    /// joint loses it. A skeleton with a joint for each required bone is a humanoid. If the skeleton was no humanoid
+    /// without the map, mocap searches the bones that the map omits, around the bones that the map names.
     ///
     /// # Errors
     /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if no joint has a name of the map, two bones have the
@@ -217,7 +217,7 @@ impl Humanoid {
         }
     }
 
-    /// Its bones after the insertion of a node into the scene.
+    /// These bones after a node was inserted into the scene. `inserted` is the new node.
     #[doc(hidden)]
     pub fn after(mut self, inserted: Option<NodeId>) -> Self {
         let after = |node: NodeId| match inserted {
@@ -232,7 +232,7 @@ impl Humanoid {
         self
     }
 
-    /// Converts its bones from the file to the scene of a rig.
+    /// Converts these bones from nodes of the file to nodes of the scene of a rig.
     #[doc(hidden)]
     pub fn in_rig(mut self, rig: &Rig) -> Self {
         for bone in self.bones.values_mut() {
@@ -261,7 +261,7 @@ impl Humanoid {
         }
     }
 
-    /// Exchanges left and right if the names contradict the body.
+    /// Exchanges the left and the right bones if the names contradict the body.
     #[doc(hidden)]
     pub fn with_sides_of_the_body(mut self) -> Self {
         if self.sides == Sides::Opposite {
@@ -305,8 +305,9 @@ impl Humanoid {
         Self::search(scene, &BTreeMap::new(), None)
     }
 
-    /// Searches for bones. Joints follow other joints as a map states. With `stated`, the joints of a map have the
-    /// names of their bones, and the skeleton is not refused.
+    /// Searches for bones. `follow` has the joints that follow another joint, as a map states. `stated` has the joints
+    /// that a map names. If it is given, these joints count as having the names of their bones, and the search refuses
+    /// no skeleton.
     fn search(scene: &Scene, follow: &BTreeMap<NodeId, NodeId>, stated: Option<&StatedJoints>) -> Humanoid {
         #[cfg(debug_assertions)]
         super::found::count();
@@ -330,8 +331,8 @@ impl Humanoid {
         humanoid
     }
 
-    /// The bones in a scene whose joints are children of the joints that they follow. With joints that a map names,
-    /// `stated`, the skeleton is not refused.
+    /// The bones in a scene in which each joint is a child of the joint that it follows. `stated` has the joints that a
+    /// map names. If there are any, no skeleton is refused.
     fn of_skeleton(scene: &Scene, stated: Vec<usize>) -> Humanoid {
         let is_mapped = !stated.is_empty();
         let tree = Tree::new(scene, stated);

@@ -1,4 +1,5 @@
-//! The joints of the human body in biomechanics: segments, the rotations between them, and their angles.
+//! Defines the joints of the human body as biomechanics does: the segments of the body, the rotations between them, and
+//! the angles of these rotations.
 //!
 //! The coordinate frames follow the International Society of Biomechanics: +X forward, +Y up, +Z to the right, for a
 //! standing body with hanging arms and palms forward.
@@ -34,7 +35,8 @@ impl Segment {
         Self::Hand,
     ];
 
-    /// The bones that can be the segment, the best first. For two sides, the bones of the left side.
+    /// The bones that can be the segment, the best first. If the segment has two sides, these are the bones of the left
+    /// side.
     pub const fn bones(self) -> &'static [Bone] {
         match self {
             Self::Pelvis => &[Bone::Hips],
@@ -75,9 +77,9 @@ pub fn parts() -> impl Iterator<Item = Part> {
 /// The decomposition of a joint's rotation.
 #[derive(Clone, Copy)]
 pub enum Rotations {
-    /// Rotations about Z, X and Y, with these signs.
+    /// Rotations about Z, X and Y. Each angle is multiplied by the sign given here.
     Zxy([f64; 3]),
-    /// Rotations about Y, X and Y: plane of elevation, elevation, rotation.
+    /// Rotations about Y, X and Y. The angles are the plane of elevation, the elevation and the rotation.
     Yxy,
 }
 
@@ -180,8 +182,8 @@ impl Rotations {
         }
     }
 
-    /// The three angles of a rotation in degrees. Of equivalent solutions, the nearest to the angles of the previous
-    /// frame.
+    /// The three angles of a rotation, in degrees. Several triples of angles give the same rotation. The triple nearest
+    /// to `before`, the angles of the previous frame, is returned.
     pub fn of(self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
         let radians = match self {
             Self::Zxy(signs) => {
@@ -226,19 +228,20 @@ pub fn mirrored(DQuat { x, y, z, w }: DQuat) -> DQuat {
     DQuat::from_xyzw(-x, -y, z, w)
 }
 
-/// The rotation of a forearm without an angle in the file, in degrees. The thumb of a hanging hand points forward.
+/// The rotation of a forearm if the file has no angle for it, in degrees. The thumb of a hanging hand then points
+/// forward.
 const RELAXED_FOREARM: f64 = 90.0;
 
-/// The rotations of a body in the T-pose whose joints have these angles, in degrees, in the axes of the T-pose: +X
-/// left, +Y up, +Z forward. The rotation of the hips is relative to the world, other rotations are relative to the
-/// parent bone. `angle` gives the value of a column of `biomechanics::JointAngles`. A joint without angles is as in a
-/// body that stands with hanging arms.
+/// The rotations of all bones from the T-pose to a pose with given joint angles. They are in the axes of the T-pose: +X
+/// left, +Y up, +Z forward. The rotation of the hips is relative to the world, and any other rotation is relative to
+/// the parent bone. `angle` gives an angle in degrees for a column name of `biomechanics::JointAngles`. A joint without
+/// angles is as in a body that stands with hanging arms.
 pub fn rotations_of(angle: &dyn Fn(&str) -> Option<f64>) -> Vec<(Bone, DQuat)> {
     let pelvis = Rotations::PLAIN.back(["pelvis_tilt", "pelvis_list", "pelvis_rotation"].map(angle));
     let mut all = vec![(Bone::Hips, to_t_pose_axes(pelvis))];
     for (segment, side) in parts().filter(|(segment, _)| *segment != Segment::Pelvis) {
         let angles_of = |joint: &Joint| joint.names.map(|name| angle(&format!("{name}{}", ending(side))));
-        // A shoulder can be stated in two ways. A file may have either.
+        // A file may state the angles of a shoulder in one of two ways.
         let mut joints = Joint::all().filter(|joint| joint.below == segment);
         let has_angles = |joint: &&Joint| angles_of(joint).iter().any(Option::is_some);
         let Some(joint) = joints.clone().find(has_angles).or_else(|| joints.next()) else {

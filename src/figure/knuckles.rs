@@ -1,5 +1,5 @@
-//! The nodes at which the fingers of a hand begin. They may be end sites and tips with names of fingers, which are not
-//! bones.
+//! Finds the nodes at which the fingers of a hand begin. Such a node may be an end site or a fingertip with the name of
+//! a finger, which is not a bone.
 
 use std::collections::BTreeMap;
 

@@ -90,8 +90,8 @@ pub use self::unit::Unit;
 #[doc(hidden)]
 pub use self::vrm_humanoid::vrm_humanoid;
 
-/// All guesses about an imported scene before any step: [`Figure::survey`]. Only a few frames are examined, so that a
-/// long take costs no more than a short one.
+/// The guesses about an imported scene before any step changes it. [`Figure::survey`] has them. Only a few frames are
+/// examined, so that a long take costs no more than a short one.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -128,7 +128,7 @@ pub struct Survey {
     pub first_frame_is_rest_pose: bool,
 }
 
-/// Only the axis of [`Figure::up`].
+/// The axis of [`Figure::up`], without its confidence and its reason.
 #[doc(hidden)]
 pub fn up(scene: &Scene) -> Axis {
     if let Some(up) = scene.metadata.up {
@@ -142,8 +142,8 @@ pub fn up(scene: &Scene) -> Axis {
     of_body.unwrap_or_else(|| Axis::from(extent().up().value))
 }
 
-/// Everything about `scene` that its file does not state: the assumptions of the reader, the use of the root's OFFSET,
-/// and the guesses of [`Figure::assumptions`].
+/// The assumptions about everything that the file of `scene` does not state. These are the assumptions of the reader,
+/// the use of the root's OFFSET, and the guesses of [`Figure::assumptions`].
 #[doc(hidden)]
 pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
@@ -206,7 +206,7 @@ pub struct Figure {
 }
 
 impl PartialEq for Figure {
-    /// Compares everything except T-pose and ground, which follow from the other fields and the scene.
+    /// Compares all fields that are computed at once. T-pose, ground and animal follow from these fields and the scene.
     fn eq(&self, other: &Self) -> bool {
         self.survey == other.survey
             && self.up == other.up
@@ -232,7 +232,7 @@ impl Figure {
         Ok(Self::with_bones(scene, humanoid))
     }
 
-    /// Its T-pose; `None` if it is not a humanoid. `scene` must be the scene of the figure.
+    /// The T-pose of the figure; `None` if it is not a humanoid. `scene` must be the scene of the figure.
     pub fn t_pose(&self, scene: &Scene) -> Option<&TPose> {
         self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
     }
@@ -396,7 +396,7 @@ fn stated(up: UpAxis) -> Guess<UpAxis> {
     Guess {
         value: up,
         confidence: Confidence::Sure,
-        reason: "the file states it, or the reader rotated the scene to it".to_owned(),
+        reason: "the file states this axis, or the reader rotated the scene to this axis".to_owned(),
     }
 }
 
@@ -412,7 +412,7 @@ impl Survey {
         self.assumption(Topic::Unit).unwrap_or_else(stated)
     }
 
-    /// The guess about `topic`, if any.
+    /// The guess about `topic`; `None` if there is no such guess.
     pub fn assumption(&self, topic: Topic) -> Option<Assumption> {
         let mut assumptions = self.assumptions().into_iter();
         assumptions.find(|assumption| assumption.topic == topic)
@@ -454,7 +454,7 @@ impl Survey {
             ));
         }
         if self.first_frame_is_rest_pose {
-            let reason = "nearly all rotations of the frame are zero, and the motion jumps away from it";
+            let reason = "nearly all rotations of the frame are zero, and the motion jumps after the frame";
             let choice = "rest-pose".to_owned();
             all.push(assumption(Topic::FirstFrame, choice, reason, Confidence::Likely));
         }

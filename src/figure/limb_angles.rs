@@ -1,4 +1,4 @@
-//! The angle of each limb between two skeletons, tick by tick.
+//! Stores the angles between the limbs of two skeletons.
 
 use mocap_scene::scene::{HumanoidBone, NodeId};
 
@@ -7,7 +7,7 @@ use mocap_scene::scene::{HumanoidBone, NodeId};
 /// `PoseRetargeter` has an example.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbAngles {
-    /// The bone.
+    /// The bone of the limb.
     pub bone: HumanoidBone,
     /// The joint of the target at which the limb begins.
     pub node: NodeId,

@@ -18,10 +18,10 @@ use mocap_scene::scene::report::Guess;
 /// motion, with arbitrary roll of the limbs.
 const LOPSIDED: f32 = 18.0;
 
-/// The asymmetry in degrees above which a rest pose must lie along the axes of its world. The rest poses of the
-/// fixtures lie along these axes exactly. A few frames of motions look like a T-pose, with an asymmetry below 18
-/// degrees, but are 6 to 10 degrees from the axes. The hip joints of SMPL's bodies are 7 degrees from level, and their
-/// shoulders are level.
+/// If the asymmetry of a rest pose is above this angle in degrees, its hips or shoulders must lie along an axis of the
+/// world. The rest poses of the fixtures lie along these axes exactly. A few frames of motions look like a T-pose, with
+/// an asymmetry below 18 degrees, but are 6 to 10 degrees from the axes. The hip joints of SMPL's bodies are 7 degrees
+/// from level, and their shoulders are level.
 const SLANTING: f32 = 6.0;
 
 /// The largest angle in degrees between the line of hips or shoulders and an axis at which the pose lies along the
@@ -50,7 +50,7 @@ impl<'a> Measures<'a> {
         }
     }
 
-    /// The same figure in another pose, given by the positions of its nodes.
+    /// The same figure in another pose. `positions` has the positions of its nodes.
     pub(super) fn with_positions(scene: &'a Scene, humanoid: &'a Humanoid, positions: Vec<Vec3>) -> Self {
         Self {
             scene,
@@ -100,8 +100,8 @@ impl<'a> Measures<'a> {
         (length.is_finite() && length > 0.0).then_some(length)
     }
 
-    /// The summed length of the bones from ankle to head: shin, thigh, and the trunk from the hips to the joint of the
-    /// head.
+    /// The sum of the lengths of the bones from ankle to head: shin, thigh, and the trunk from the hips to the head
+    /// joint.
     pub(super) fn bone_length(&self) -> Option<f64> {
         let length = self.leg_length()? + self.distance(Bone::Hips, Bone::Head)?;
         length.is_finite().then_some(length)
@@ -119,7 +119,7 @@ impl<'a> Measures<'a> {
         let hips = middle(Bone::LeftUpperLeg, Bone::RightUpperLeg)?;
         let above = self.at(Bone::Neck).or(self.at(Bone::Head));
         let above = above.or_else(|| middle(Bone::LeftUpperArm, Bone::RightUpperArm));
-        // A lower body alone stands if its legs are parallel.
+        // A body that consists only of hips and legs stands if its legs are parallel.
         let above = above.or_else(|| Some(2.0 * hips - middle(Bone::LeftFoot, Bone::RightFoot)?))?;
         let trunk = (above - hips).try_normalize()?;
         let stands = [
@@ -251,24 +251,25 @@ impl<'a> Measures<'a> {
         };
         let across = self.at(Bone::LeftUpperLeg).zip(self.at(Bone::RightUpperLeg));
         let Some(across) = across.and_then(|(left, right)| (left - right).try_normalize()) else {
-            return unknown("both hip joints are at one point");
+            return unknown("both hip joints are at the same point");
         };
         let by_names = across.cross(up);
         let (forward, confidence, reason) = match self.humanoid.sides {
             Sides::Opposite => (
                 -by_names,
                 Confidence::Likely,
-                "feet and knees point there, although the names exchange left and right",
+                "feet and knees point in this direction, although the names exchange left and right",
             ),
             Sides::Agree => (
                 by_names,
                 Confidence::Sure,
-                "it follows from left, right and up at rest, and the body agrees with the names of the sides",
+                "this direction follows from left, right and up at rest, and the body agrees with the names of the \
+                 sides",
             ),
             Sides::Unknown => (
                 by_names,
                 Confidence::Likely,
-                "it follows from left, right and up at rest",
+                "this direction follows from left, right and up at rest",
             ),
         };
         let (value, cosine) = Axis::nearest(forward);

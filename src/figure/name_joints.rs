@@ -32,8 +32,8 @@ pub struct NamingReport {
 }
 
 /// Renames the joints of a humanoid. A joint keeps its name if it is not a bone, or if `names` omits its bone or has
-/// `None`. Meshes, channels, and end sites named after their joints are renamed too. Nothing moves. If the file has
-/// left and right exchanged, the sides of the body count.
+/// `None`. Meshes, channels, and end sites named after their joints are renamed too. No joint moves. If the old names
+/// exchange left and right, the new names follow the sides of the body.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -52,7 +52,7 @@ pub struct NamingReport {
 /// - [`Code::InvalidValue`] if a name is empty or has control characters, if two bones have one name, or if a joint
 ///   that keeps its name has one of the new names
 ///
-/// `scene` is then unchanged.
+/// After an error, `scene` is unchanged.
 pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<NamingReport> {
     if !humanoid.found {
         let message = format!(
@@ -60,7 +60,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
             humanoid.reason
         );
         return Err(Diagnostic::new(Code::NotHumanoid, message)
-            .help("name its bones in a {map}, or do not rename joints")
+            .help("name the bones of the skeleton in a {map}, or do not rename joints")
             .into());
     }
     check(names)?;

@@ -1,5 +1,5 @@
-//! Reads names of joints: the side, the part of the body, the number. All code that interprets names of joints uses
-//! this module.
+//! Reads the side, the part of the body and the number from the name of a joint. All code that interprets names of
+//! joints uses this module.
 
 pub mod words;
 
@@ -31,7 +31,7 @@ pub struct Name {
 impl Name {
     /// Reads the name of a joint.
     pub fn read(name: &str) -> Self {
-        // A namespace, as in `mixamorig:Hips`, or the path of a node in some writers.
+        // Removes a namespace, as in `mixamorig:Hips`, or the path of a node, which some programs write.
         let name = name.rsplit([':', '|', '/']).next().unwrap_or(name);
         let starts_as_helper = name.starts_with("__");
         let words = split(name);
@@ -46,7 +46,7 @@ impl Name {
         }
         let mut side = take_side(&mut letters);
         let mut is_helper = starts_as_helper || letters.iter().any(|word| HELPERS.contains(&&**word));
-        // `L5`, `T12`: vertebrae, not a left side.
+        // `L5` and `T12` are vertebrae: the `l` is no left side.
         let vertebra = match (letters.as_slice(), numbers.as_slice(), side) {
             ([], [number], Some(Side::Left)) => meaning(&format!("l{number}")),
             ([letter], [number], None) if letter == "t" => meaning(&format!("t{number}")),
@@ -115,7 +115,8 @@ impl Name {
         }
     }
 
-    /// The fit of the name to `part`: at most 1, 0 if the name has no meaning, below 0 if it means another bone.
+    /// How well the name fits `part`, at most 1. The value is 0 if the name has no meaning, and below 0 if it means
+    /// another bone.
     pub(crate) fn fits(&self, part: Part) -> f32 {
         let weight = self
             .meaning
@@ -220,8 +221,8 @@ fn take_side(words: &mut Vec<String>) -> Option<Side> {
     None
 }
 
-/// Whether a word means a twist joint: `twist`, `roll`, or joined to a part as in `forearmroll`; but not `controller`
-/// and `scroll`.
+/// Whether a word means a twist joint. Such words are `twist`, `roll`, and words that end with these, such as
+/// `forearmroll`. Exceptions are words such as `controller` and `scroll`.
 fn is_twist(word: &str) -> bool {
     let has_part = |rest: &str| !meaning(rest).is_empty() || glued_side(rest).is_some();
     word == "roll"

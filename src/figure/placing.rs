@@ -5,9 +5,9 @@ use mocap_scene::scene::Scene;
 use super::hierarchy::Hierarchy;
 use crate::{Humanoid, HumanoidBone as Bone};
 
-/// For each node, whether it only places the figure: the hips are a descendant, and the node and its other branches
-/// have no bone of the body. The line from such a joint to the next joint is not a bone: its length changes with the
-/// position of the figure.
+/// For each node, whether it only places the figure. The hips are a descendant of such a node, and neither the node nor
+/// its other branches have a bone of the body. The line from such a joint to the next joint is not a bone: its length
+/// changes with the position of the figure.
 pub(super) fn placing(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     let mut places = vec![false; scene.nodes.len()];
     let Some(hips) = humanoid.joint(Bone::Hips).filter(|_| humanoid.found) else {

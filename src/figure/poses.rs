@@ -1,4 +1,4 @@
-//! A few poses of a motion, to examine instead of all frames.
+//! Chooses a few poses of a motion, which are examined instead of all frames.
 
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, Node, Scene};

@@ -1,4 +1,4 @@
-//! The findings about a figure, with reasons.
+//! The types that describe what was found about a figure, with reasons.
 
 pub use mocap_scene::scene::report::Guess;
 

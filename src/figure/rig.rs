@@ -1,4 +1,4 @@
-//! Rigs in which joints of the skin follow another joint than their parent.
+//! Handles rigs in which a joint of the skin follows another joint than its parent.
 //!
 //! In a modelling program, constraints move such joints, but files do not store constraints. Examples: an IK control of
 //! a foot as a child of the root, an eye or a hat outside the skeleton, and a deforming spine separate from the
@@ -9,7 +9,7 @@
 //! 2. It shares vertices or faces with a joint far down another limb, and almost none with the top of that limb.
 //! 3. No ancestor has a skin, it shares no vertices, and its vertices are nearest to the vertices of a joint far down a
 //! limb.
-//! 4. Without any skin: it is at the end of a limb.
+//! 4. It has no skin, and it is at the end of a limb.
 
 mod shared_skin;
 
@@ -22,7 +22,8 @@ use mocap_scene::scene::{Animation, Channel, NodeId, NodeKind, Scene};
 use self::shared_skin::SharedSkin;
 use crate::ticks::{Ticks, ticks};
 
-/// The distance between two joints at the same place, as a fraction of the height of the skeleton.
+/// The largest distance between two joints that count as being at the same position, as a fraction of the height of the
+/// skeleton.
 const SAME_PLACE: f32 = 2e-4;
 
 /// A joint without a fitting parent follows a joint far down a limb with which it shares vertices. At most this
@@ -125,7 +126,8 @@ impl Rig {
         self.to_file[node.index()]
     }
 
-    /// The joints that follow a joint other than their parent, each with that joint, as nodes of the file.
+    /// The joints that follow another joint than their parent, each with the joint that it follows, as nodes of the
+    /// file.
     pub fn followers(&self) -> impl Iterator<Item = (NodeId, NodeId)> {
         self.moved.iter().filter_map(|(node, _)| {
             let parent = self.scene.nodes[node.index()].parent?;
@@ -147,7 +149,7 @@ impl Rig {
         carry(&self.scene, &self.moved, &self.to_file, animation)
     }
 
-    /// Copies a pose of the file, except for nodes with a new parent.
+    /// Sets `pose` to the pose `file` of the file, except for nodes with a new parent.
     pub fn take_pose(&self, file: &Pose, pose: &mut Pose) {
         for (index, id) in self.to_file.iter().enumerate() {
             if !self.moved.iter().any(|(node, _)| node.index() == index) {
@@ -345,13 +347,14 @@ impl<'a> Parents<'a> {
         found
     }
 
-    /// The joint that the top joint of a limb, and so the whole limb, follows by the skin.
+    /// The joint that the top joint of a limb follows according to the skin. The whole limb then follows it.
     fn neighbour(&self, limb: &[usize], top: usize, may_be_apart: bool) -> Option<usize> {
         if !self.skin.shared_by(limb).is_empty() {
             let shared = self.skin.shared_by(&[top]);
             let others = shared.keys().copied().filter(|joint| !limb.contains(joint));
             let (far, near): (Vec<usize>, Vec<usize>) = others.partition(|joint| self.is_far(*joint, top));
-            // A near joint counts only as an ancestor of a far joint. Other near joints may be as loose as this joint.
+            // A near joint counts only if it is an ancestor of a far joint. Any other near joint may itself be a joint
+            // without a fitting parent.
             let near = near
                 .iter()
                 .filter(|near| far.iter().any(|far| self.is_within(*far, **near)));
@@ -370,8 +373,8 @@ impl<'a> Parents<'a> {
         nearest.filter(|joint| self.is_far(*joint, top))
     }
 
-    /// Whether a joint of the skin is down another limb: another joint of the skin is between it and the node above
-    /// both joints.
+    /// Whether a joint of the skin is far down another limb. This is so if another joint of the skin is between it and
+    /// the common ancestor of both joints.
     fn is_far(&self, joint: usize, top: usize) -> bool {
         let above: Vec<usize> = self.above(top).collect();
         let mut path = self.above(joint).take_while(|node| !above.contains(node));

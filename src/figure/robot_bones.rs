@@ -3,8 +3,9 @@
 //!
 //! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs. Two
 //! limbs that begin at one link and mirror each other are a pair. The pair that reaches lowest is the legs. The pair
-//! that begins highest is the arms. In a limb, the knee or elbow is the joint with that name. If several joints have
-//! the name, the first with an axis across the limb counts. If no joint has the name, the fourth joint counts.
+//! that begins highest is the arms. In a limb, the knee or the elbow is the joint with the name of a knee or an elbow.
+//! If several joints have this name, it is the first one with an axis across the limb. If no joint has this name, it is
+//! the joint with the longest links above and below it, or otherwise the fourth joint.
 
 mod feet;
 pub mod moving;
@@ -34,7 +35,7 @@ pub type RobotMap = HumanoidMap;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RobotBone {
-    /// The bone.
+    /// The bone of the humanoid.
     pub bone: Bone,
     /// The link that moves with the bone, as an index into [`Robot::links`].
     pub link: usize,
@@ -73,7 +74,8 @@ const ARMS: [Bone; 4] = [
     Bone::RightLowerArm,
 ];
 
-/// The smallest length of both parts of a limb, above and below a knee or an elbow, as a fraction of the limb.
+/// The smallest length of the upper and of the lower part of a limb, as a fraction of the limb. A knee or an elbow
+/// divides the limb.
 const HALF: f64 = 0.25;
 
 /// A chain of moving links without a branch.
@@ -134,7 +136,7 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
     }
     let taken: Vec<usize> = links.values().copied().collect();
     let bones = links.iter().map(|(&bone, &link)| {
-        // A foot that is a part of the shin's link.
+        // A foot may be a part of the link of the shin.
         if taken.iter().filter(|other| **other == link).count() > 1 && bone.on(Side::Left) == Bone::LeftFoot {
             let at = tree.lowest_point(link).unwrap_or(tree.transforms[link].translation);
             let joints = Vec::new();
@@ -410,9 +412,10 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The first and the last joint of the knee or elbow in a limb. If several joints have the name, the first that
-    /// bends the limb is the first; joints before it roll the upper bone. Without the name, it is the fourth joint, or
-    /// the middle joint of a short limb.
+    /// The first and the last joint of the knee or elbow in a limb, as indices. The first joint is the first one that
+    /// has the name and bends the limb, because joints before it roll the upper bone. The last joint is the last one
+    /// with the name. If no joint has the name, both are the joint of [`Self::halving`], or otherwise the fourth joint,
+    /// or the middle joint of a short limb.
     fn middle(&self, limb: &Limb, word: &str) -> [usize; 2] {
         let mut named = (1..limb.links.len()).filter(|index| self.has_word(limb.links[*index], word));
         if let Some(last) = named.clone().next_back() {
@@ -432,8 +435,8 @@ impl<'a> Tree<'a> {
         [usual.max(1); 2]
     }
 
-    /// The joint that bends a limb of more than four joints without names of knees and elbows. It has the longest parts
-    /// on both sides, unlike the joints of hips, shoulders, ankles and wrists.
+    /// The joint that bends a limb of more than four joints, if no joint has the name of a knee or an elbow. It has the
+    /// longest links above and below it, unlike the joints of hips, shoulders, ankles and wrists.
     fn halving(&self, limb: &Limb) -> Option<usize> {
         let (start, end) = (self.start(limb), self.end(limb));
         let shorter = |index: usize| {

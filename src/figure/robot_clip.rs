@@ -1,4 +1,4 @@
-//! The motion of a robot as an animation of its links.
+//! Converts the motion of a robot to an animation of its links.
 
 use glam::{Quat, Vec3};
 use mocap_scene::scene::robot::{Placement, Robot};
@@ -6,8 +6,8 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 use super::ticks::Ticks;
 
-/// The animation of [`robot_scene`](super::robot_bones::robot_scene) with these placements of the base and positions of
-/// the joints, frame by frame. A joint that never moves has one key.
+/// An animation of [`robot_scene`](super::robot_bones::robot_scene). For each frame, the arguments have the placement
+/// of the base and the positions of the joints. A joint that never moves has one key.
 #[doc(hidden)]
 pub fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
     let joints = robot.moving_joints();

@@ -1,10 +1,11 @@
-//! The T-pose of a humanoid: arms sideways, legs down, facing forward. Each figure has one T-pose. All commands that
-//! show, draw, use or write it compute it here.
+//! Computes the T-pose of a humanoid. In the T-pose, the figure faces forward, with its arms to the sides and its legs
+//! down. Each figure has one T-pose, and all commands use this code for it.
 //!
-//! The T-pose is made in three steps. First, the *reference pose* is a standing figure. It is the rest pose if the rest
-//! pose stands, else the first frame if it is a T-pose, else a pose computed from the bones (`standing`). Second, each
-//! bone is rotated from the reference pose to its T-pose (`builder`). Third, feet, head and shoulders are levelled by
-//! the motion (`level`). `docs/retargeting-algorithm.md` explains what each bone keeps.
+//! The T-pose is made in three steps. First, the *reference pose* is a standing figure. It is the rest pose if the
+//! figure stands in its rest pose. Otherwise it is the first frame if this is a T-pose, or else a pose that is computed
+//! from the bones (`standing`). Second, each bone is rotated from the reference pose to its T-pose (`builder`). Third,
+//! feet, head and shoulders are levelled by the motion (`level`). `docs/retargeting-algorithm.md` explains what each
+//! bone keeps.
 
 mod builder;
 mod level;
@@ -38,11 +39,11 @@ use super::knuckles::Knuckles;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
-    /// The rest pose, which stands with its arms sideways, down or between.
+    /// The rest pose. The figure stands in it with its arms to the sides, down or between.
     RestPose,
     /// The first frame of the motion, which is a T-pose.
     FirstFrame,
-    /// A pose computed from the bones: nothing in the file shows their roll.
+    /// A pose that is computed from the bones. Nothing in the file shows the roll of the bones.
     Computed,
 }
 
@@ -54,26 +55,27 @@ pub enum TPoseSource {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum TPoseReason {
-    /// It keeps its rotation in the reference pose.
+    /// The bone keeps its rotation in the reference pose.
     Stands,
-    /// It gets the shortest rotation to its direction in a T-pose.
+    /// The bone gets the shortest rotation to its direction in a T-pose.
     ShortestArc,
-    /// It stands on its sole, and is rotated about the up axis to point forward.
+    /// The foot stands on its sole, and is rotated about the up axis to point forward.
     OnItsSole,
-    /// It has the pitch and roll of its stance in the motion.
+    /// The foot has the pitch and the roll that it has during contacts in the motion.
     StandsInMotion,
-    /// It has its average rotation relative to the chest in the motion.
+    /// The bone has its average rotation relative to the chest in the motion.
     AverageOfMotion,
-    /// It has its direction of a T-pose. The knuckles determine the roll that turns the palm down.
+    /// The hand has its direction in a T-pose. The knuckles determine the roll that turns the palm down.
     Knuckles,
-    /// It has its direction of a T-pose. Its roll makes its knee or elbow bend as in the motion: a shin bends back, a
-    /// forearm forward.
+    /// The bone has its direction in a T-pose. Its roll makes the knee or the elbow bend as in the motion: a shin bends
+    /// back, a forearm forward.
     Hinge,
-    /// Its knee or elbow bends as in the motion, but the hinge of the other side is not the mirror image of its hinge.
+    /// The knee or the elbow of the bone bends as in the motion. But the hinge of the other side is not the mirror
+    /// image of this hinge.
     HingeUnlikeOtherSide,
-    /// It never bends, and gets the mirrored hinge of the other side.
+    /// The bone never bends, and gets the mirrored hinge of the other side.
     OtherSide,
-    /// It follows its parent bone.
+    /// The bone follows its parent bone.
     FollowsTheBoneAbove,
 }
 
@@ -161,7 +163,8 @@ impl TPose {
         }
         let humanoid = figure.humanoid.clone().with_sides_of_the_body();
         let rest_pose = figure.rest_pose.value;
-        // Without a motion, a standing body is the best evidence, even with other arms or knees than in a T-pose.
+        // Without a motion, a standing rest pose is the best evidence, even if its arms or knees are not as in a
+        // T-pose.
         let stands = match rest_pose {
             RestPose::TPose | RestPose::APose | RestPose::IPose => true,
             // The rest pose of a solved skeleton is a T-pose, also if the body has no arms.
@@ -204,7 +207,8 @@ impl TPose {
         Some(builder.finish(scene, &reference))
     }
 
-    /// The largest rotation of a bone from the rest pose, in addition to the rotations of its ancestors, in degrees.
+    /// The largest rotation of a bone from the rest pose to the T-pose, in addition to the rotations of its ancestors,
+    /// in degrees.
     pub fn largest_rotation(&self) -> f32 {
         let angles = self.bones.values().map(|bone| Self::degrees(bone.rotation));
         angles.fold(0.0, f32::max)

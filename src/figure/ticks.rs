@@ -1,4 +1,4 @@
-//! The ticks of a motion's keys.
+//! Finds the ticks of a motion's keys, and makes keys at these ticks.
 
 use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};

@@ -1,5 +1,5 @@
-//! The rotation of a bone in the frames of the T-pose, pose by pose: for one pose, or for as many poses at once as a
-//! vector has lanes.
+//! Computes the rotation of a bone relative to the coordinate frames of the T-pose. It does so for one pose, or for
+//! several poses at once, one in each lane of a vector.
 
 use glam::{Quat, Vec3};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
@@ -9,7 +9,8 @@ use super::rotations::{Points, Rotations};
 use super::t_pose::limb_end;
 use super::watched::{WatchedJoints, WatchedPose};
 
-/// The rotation of a source joint in the frames of the T-pose. Joints are indices into [`WatchedJoints`].
+/// How to compute the rotation of a bone relative to the coordinate frame of the T-pose. Joints are indices into
+/// [`WatchedJoints`].
 #[derive(Clone, Debug)]
 pub struct Track {
     joint: usize,
@@ -61,9 +62,8 @@ pub fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
-/// Whether two positions determine the direction between them. Positions have seven digits in 32 bits. For a bone that
-/// is short compared with its distance from the origin, too few digits of the direction remain, so only its rotation is
-/// used.
+/// Whether two positions determine the direction between them. Positions have seven digits in 32 bits. If a bone is
+/// short and far from the origin, too few digits remain for its direction, so only the rotation of its joint is used.
 fn is_told(start: Vec3, end: Vec3) -> bool {
     /// The smallest length of a bone with a known direction, as a fraction of the distance of its farther end from the
     /// origin. Of seven digits, three remain.

@@ -1,4 +1,4 @@
-//! Units of length, and the unit in which bones have the lengths of a person.
+//! Defines units of length, and finds the unit in which the bones have the lengths of a person's bones.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene};
@@ -28,7 +28,8 @@ pub enum Unit {
     Centimetre,
     /// Millimetres.
     Millimetre,
-    /// No known unit: this number of micrometres. In this unit the bones have the lengths of an average person.
+    /// A unit that is not listed here, as a number of micrometres. In this unit, the bones have the lengths of an
+    /// average person's bones.
     Measured(u32),
 }
 
@@ -56,7 +57,7 @@ impl Unit {
         }
     }
 
-    /// The unit of this name.
+    /// The unit with this name; `None` if there is none.
     ///
     /// ```
     /// use mocap::figure::Unit;
@@ -68,14 +69,14 @@ impl Unit {
         Self::ALL.into_iter().find(|unit| unit.as_str() == name)
     }
 
-    /// The unit of this number of metres: a known unit, if its length is within a thousandth.
+    /// The unit with this length in metres. It is a known unit if the lengths differ by less than a thousandth.
     pub(super) fn of_metres(metres: f64) -> Self {
         let is_near = |unit: &Self| (metres / unit.metres() - 1.0).abs() < 1e-3;
         let known = Self::ALL.into_iter().find(is_near);
         known.unwrap_or_else(|| Self::measured(metres))
     }
 
-    /// The name that users type.
+    /// The name of the unit, as a user types it.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Metre => "m",
@@ -102,11 +103,11 @@ impl Unit {
     }
 }
 
-/// The summed length of an adult's bones from ankle to head, in metres, without soles and skull. Adults are 1.5 m to
-/// 2.2 m tall.
+/// The sum of the lengths of an adult's bones from ankle to head, in metres. Soles and skull do not count. Adults are
+/// 1.5 m to 2.2 m tall.
 const ADULT: [f64; 2] = [1.18, 1.75];
 
-/// The summed length of any person's bones from ankle to head, in metres: from a child of two years to the largest
+/// The sum of the lengths of any person's bones from ankle to head, in metres: from a child of two years to the largest
 /// person.
 const ANYBODY: [f64; 2] = [0.72, 2.2];
 
@@ -115,7 +116,8 @@ const ANYBODY: [f64; 2] = [0.72, 2.2];
 const USUAL_LEG: f64 = 0.833;
 
 /// The largest plausible ratio between the sizes of the figure and an average person, in both directions. Giants and
-/// dolls exceed the ratio. Children do not, nor do inches read as centimetres.
+/// dolls exceed the ratio. Children do not exceed the ratio, and neither do figures whose inches were read as
+/// centimetres.
 const PLAUSIBLE: f64 = 4.0;
 
 impl Figure {

@@ -1,4 +1,5 @@
-//! Infers the up axis from the rest pose, a few poses of the motion, and the frequency of each up axis in files.
+//! Infers the up axis. The evidence is the rest pose, a few poses of the motion, and how frequent each up axis is in
+//! files.
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
@@ -19,7 +20,7 @@ const AXES: [Axis; 4] = [Axis::Y, Axis::Z, Axis::NegY, Axis::NegZ];
 /// The score of Y and -Y: more than nine of ten BVH files are Y up.
 const IS_Y: f32 = 2.1;
 
-/// The score that Y and Z have in addition, and -Y and -Z do not.
+/// An additional score for Y and Z, as a logarithm of a likelihood. -Y and -Z do not get it.
 const IS_POSITIVE: f32 = 3.5;
 
 /// The weight of the cosine of the angle between the axis and the mean direction from the feet to the head.
@@ -28,12 +29,12 @@ const TO_HEAD: f32 = 3.0;
 /// The additional weight of this cosine if it is negative: nobody stands on the head all the time.
 const UPSIDE_DOWN: f32 = 2.5;
 
-/// The weight of the vertical range of the lowest joint, as a fraction of the figure's size. A body on the ground stays
-/// at its height.
+/// The weight of the range of heights of the lowest joint in the motion, as a fraction of the figure's size. The lowest
+/// joint of a body on the ground stays near one height.
 const WANDER: f32 = -6.9;
 
-/// The largest vertical range that counts, as fractions of the figure's size: of a body that lies along the ground, and
-/// of a standing body. A standing body may jump, but a lying body does not climb.
+/// The largest vertical range that counts, as fractions of the figure's size. The first value is for a body that lies
+/// along the ground, the second for a standing body. A standing body may jump, but a lying body does not climb.
 const MOST_WANDER: [f32; 2] = [1.5, 0.6];
 
 /// Limits of the cosine of the angle between the axis and the mean direction from the feet to the head. A body lies up
@@ -58,15 +59,15 @@ const BELOW: f32 = -2.5;
 /// The largest height of a joint in contact above the ground, as a fraction of the figure's size.
 const TOUCHES: f32 = 0.06;
 
-/// The height below which the ground is far below 0, as a fraction of the figure's size.
+/// A ground below this height counts as far below 0. The height is a fraction of the figure's size.
 const FAR_BELOW: f32 = -0.2;
 
 /// Heights of the lowest joint of a body that lies on a floor at height 0, as fractions of the figure's size. The
 /// joints of a lying limb are inside the limb, and not on the floor.
 const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.07;
 
-/// Heights of the hips of such a body, as fractions of the figure's size. The hips of a body that stands above the
-/// origin are at 0 along a horizontal axis, with joints behind them.
+/// Heights of the hips of a body that lies on a floor at height 0, as fractions of the figure's size. The hips of a
+/// body that stands above the origin are at 0 along a horizontal axis, with joints behind them.
 const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
 
 /// The probability of an axis, as a fraction, above which the axis is sure: one of a hundred may be wrong.
@@ -79,7 +80,8 @@ const LIKELY: f32 = 0.9;
 /// body.
 const UPRIGHT: f32 = 0.9;
 
-/// The joints whose heights are examined, on the left side: without fingers, and without joints inside the body.
+/// The joints whose heights are examined. Of the joints on both sides, the left joint is listed. Fingers and the joints
+/// of the spine are not examined.
 const PARTS: [Bone; 10] = [
     Bone::Hips,
     Bone::Neck,
@@ -119,12 +121,12 @@ impl Measures<'_> {
             (true, true) => format!("{words}, and the rest pose stands along this axis"),
             (true, false) => format!("the rest pose stands along this axis; in the motion, {words}"),
             (false, true) => words,
-            (false, false) => format!("the contacts with the ground show it; {words}"),
+            (false, false) => format!("the contacts with the ground show this axis; {words}"),
         };
-        // Only a standing body shows its up axis for certain.
+        // A body shows its up axis for certain only if it stands.
         let is_upright = stands(axis) || mean.dot(axis.direction().unwrap_or_default()) > UPRIGHT;
-        // A crawl is not along the axis of its rest pose. Along an unusual axis, the rest pose may rather have another
-        // up axis than the motion.
+        // A figure that crawls does not stand along the up axis of its rest pose. Along an unusual axis, the rest pose
+        // may rather have another up axis than the motion.
         let is_usual = matches!(axis, Axis::Y | Axis::Z);
         let is_contradicted = !is_usual && stands(axis) && Axis::nearest(mean).0 != axis;
         let confidence = match probability {

@@ -32,7 +32,7 @@ pub const ENDS: [Bone; 5] = [
 /// Converts the motions of `scene`, which is in metres with +Y up, to a skeleton with one node for each bone of the
 /// humanoid. The skeleton has the bones and the path of the source. Its T-pose faces +Z with its feet on the ground. In
 /// the T-pose no node has a rotation, so the rotations of the motion are VRM's normalized rotations. Only the hips have
-/// translation. Nodes of a face follow the bones, unchanged. `known` has the bones, if they are known.
+/// translation. The nodes of a face come after the bones, and do not change. `known` has the bones, if they are known.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -53,8 +53,8 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
     vrm_humanoid_shown(scene, None, known)
 }
 
-/// As [`vrm_humanoid`], but the T-pose is inferred from `other`, which has further frames of the motion, unless a step
-/// changed the skeleton.
+/// As [`vrm_humanoid`], but the T-pose is inferred from `other`, a scene with further frames of the motion. If a step
+/// changed the skeleton, `other` has no effect.
 pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
         let message = "a VRM animation needs metres with +Y up, but the scene does not state this unit and axis";
@@ -72,7 +72,10 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     missing.retain(|bone| !ENDS.contains(bone) || bone.parent().is_none_or(|above| body.joint(above).is_none()));
     if !missing.is_empty() {
         let names: Vec<_> = missing.iter().map(|bone| bone.as_str()).collect();
-        let message = format!("VRM requires bones that the skeleton lacks: {}", names.join(", "));
+        let message = format!(
+            "the skeleton is not a humanoid, because it lacks these bones: {}",
+            names.join(", ")
+        );
         return Err(Diagnostic::new(Code::NotHumanoid, message)
             .help("name their joints in a map, or choose another file")
             .into());
@@ -130,7 +133,8 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     Ok(made)
 }
 
-/// The name of a missing bone: its own name, unless another joint that is not a bone has this name.
+/// The name for the joint of a missing bone. It is the name of the bone, unless another joint that is not a bone has
+/// this name.
 fn name_of_lacking(bone: Bone, body: &Body) -> String {
     let mut name = bone.as_str().to_owned();
     while body.names.contains(&name) {
@@ -139,7 +143,8 @@ fn name_of_lacking(bone: Bone, body: &Body) -> String {
     name
 }
 
-/// The bones, with feet for legs without feet: the joint between a shin and the toes is a foot, whatever its name.
+/// The bones, with a foot for each leg without a foot. A joint between a shin and the toes is a foot, whatever its
+/// name.
 fn with_feet(scene: &Scene, mut bones: Humanoid) -> Humanoid {
     for [shin, foot, toes] in [
         [Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes],
@@ -161,7 +166,7 @@ fn with_feet(scene: &Scene, mut bones: Humanoid) -> Humanoid {
     bones
 }
 
-/// A bone in the order of nodes.
+/// A bone of the output, in the order of its nodes.
 struct Placed {
     bone: Bone,
     /// The joint of the source; `None` for a bone that the source lacks.
@@ -169,7 +174,7 @@ struct Placed {
     parent: Option<Bone>,
 }
 
-/// The bones, depth-first, each with its nearest ancestor in VRM's hierarchy.
+/// The bones of the output, each with its nearest ancestor in the hierarchy of VRM. A parent comes before its children.
 fn bones(body: &Body) -> Vec<Placed> {
     let is_part = |bone: &Bone| (body.joint(*bone).is_some() || ENDS.contains(bone)) && !EYES.contains(bone);
     let parent = |bone: Bone| std::iter::successors(bone.parent(), |above| above.parent()).find(is_part);
@@ -185,10 +190,9 @@ fn bones(body: &Body) -> Vec<Placed> {
     placed
 }
 
-/// The positions of the bones in the T-pose, in its axes, from the hips.
+/// The positions of the bones in the T-pose, relative to the hips, in the axes of the T-pose.
 fn t_pose(body: &Body, bones: &[Placed]) -> BTreeMap<Bone, Vec3> {
-    /// The source of a bone's position. A bone that the source lacks begins at another node, and rotates with its
-    /// parent bone.
+    /// Where a bone begins. A bone that the source lacks begins at another node, and rotates with its parent bone.
     #[derive(Clone, Copy)]
     struct Begin {
         node: NodeId,
@@ -225,10 +229,10 @@ fn heading(body: &Body) -> f64 {
     f64::from(-forward.x.atan2(forward.z).to_degrees().round()) + 0.0
 }
 
-/// The whole ticks of an animation, its end, and the keys between ticks: resampling leaves keys around a cut. A file
-/// with far more keys than frames is sampled at its frames.
+/// The ticks at which an animation is sampled: the whole ticks, the end, and keys between ticks, which resampling
+/// leaves around a cut. If a file has far more keys than frames, it is sampled only at its frames.
 fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
-    /// The largest number of keys per frame and bone: curves of programs have one.
+    /// The largest number of keys for each frame of a bone. The curves of animation programs have one.
     const MOST_KEYS_A_FRAME: usize = 4;
     let whole = ticks(animation);
     let mut all = whole.clone();
@@ -259,7 +263,8 @@ fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
 struct Mover<'a> {
     body: &'a Body,
     bones: &'a [Placed],
-    /// The rotation of each bone in the frames of the T-pose; `None` for a bone that the source lacks.
+    /// The rotation of each bone relative to the coordinate frame of the T-pose; `None` for a bone that the source
+    /// lacks.
     tracks: Vec<Option<Track>>,
     watched: WatchedJoints,
     lift: f32,

@@ -1,4 +1,4 @@
-//! The joints of the source on which a pose of the target depends, and their sampled values.
+//! Collects the joints of a source motion that a pose of the target depends on, and samples these joints.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::directions::rotation_of;
@@ -50,7 +50,7 @@ impl WatchedJoints {
     }
 }
 
-/// The values of the watched joints in `N` poses: rotations and positions, in the coordinate frame of the T-pose.
+/// The rotations and positions of the watched joints in `N` poses, in the coordinate frame of the T-pose.
 #[derive(Clone, Debug)]
 pub struct WatchedPose<const N: usize> {
     pub rotations: Vec<Rotations<N>>,

@@ -13,7 +13,7 @@ use crate::arrays::{ArrayOptions, Arrays};
 #[cfg(feature = "npz")]
 use crate::arrays::{BodyArrays, BodyLayout};
 
-/// A layout of arrays.
+/// How a motion is stored as arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ArrayLayout {
     /// Positions and rotations of all joints, as `mocap fk` writes them, in an archive of NumPy.
@@ -43,7 +43,7 @@ impl ArrayLayout {
         })
     }
 
-    /// The extension of its files.
+    /// The extension of the files in this layout.
     pub(super) fn extension(self) -> &'static str {
         match self {
             Self::Npz => "npz",
@@ -54,7 +54,7 @@ impl ArrayLayout {
         }
     }
 
-    /// The row of its file format in the table of formats.
+    /// The row of the layout's file format in the table of formats.
     pub(super) fn row(self) -> &'static FormatInfo {
         FormatInfo::of(match self {
             Self::Npz => Format::Npz,
@@ -67,13 +67,13 @@ impl ArrayLayout {
         })
     }
 
-    /// Whether its values keep the unit and the axes of the motion. The other layouts are in metres, each with its own
-    /// up axis.
+    /// Whether the values of this layout keep the unit and the axes of the motion. The layouts of other programs are in
+    /// metres, each with its own up axis.
     pub(super) fn keeps_units(self) -> bool {
         matches!(self, Self::Npz | Self::Csv | Self::Parquet)
     }
 
-    /// Whether an option of writing changes its files.
+    /// Whether an output option changes the files in this layout.
     pub(super) fn takes(self, option: WriteOption) -> bool {
         let of_own = [
             WriteOption::OutUnit,
@@ -85,8 +85,8 @@ impl ArrayLayout {
         self.keeps_units() && of_own.contains(&option)
     }
 
-    /// The arrays of the first animation of `scene`. For a layout with a T-pose, `whole` has the frames that show it.
-    /// `motion` is the file of `scene`.
+    /// The arrays of the first animation of `scene`. A layout with a T-pose takes the T-pose from the frames of
+    /// `whole`. `motion` is the file of `scene`.
     #[cfg_attr(
         not(feature = "npz"),
         expect(unused_variables, reason = "the layouts of other programs take them")

@@ -11,10 +11,10 @@
 //! | [`Arrays::velocities`] | frames x joints x 3 | velocities of the positions, in units per second |
 //! | [`Arrays::contacts`] | frames x joints | whether a foot is in contact with the ground |
 //!
-//! Each array is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. NaN and
-//! infinity in the file are replaced by the last finite value.
-//! [`Importer::root_offset`](mocap_io::Importer::root_offset) decides how a root's OFFSET is used. Both happen when the
-//! file is read, and are recorded in the scene's warnings and in the provenance.
+//! Each array is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. While the
+//! importer reads a file, it replaces NaN and infinity by the last finite value. It uses a root's OFFSET as
+//! [`Importer::root_offset`](mocap_io::Importer::root_offset) says. The scene's warnings and the provenance record both
+//! changes.
 
 #[cfg(feature = "npz")]
 mod body;
@@ -86,18 +86,18 @@ pub struct Arrays {
     pub header: Header,
     /// The number of frames; 0 if the file has no motion.
     pub frames: usize,
-    /// Frames x joints x 3.
+    /// The positions: frames x joints x 3.
     pub positions: Vec<f32>,
-    /// Frames x joints x [`Rotation::width`].
+    /// The rotations: frames x joints x [`Rotation::width`].
     pub rotations: Vec<f32>,
-    /// Frames x joints x 3, if requested.
+    /// The velocities, if requested: frames x joints x 3.
     pub velocities: Option<Vec<f32>>,
-    /// Frames x joints, if requested. `false` for joints that are not feet.
+    /// The contacts of the feet, if requested: frames x joints. The value of a joint that is not a foot is `false`.
     pub contacts: Option<Vec<bool>>,
 }
 
 impl Arrays {
-    /// The joints, in the order of the second axis.
+    /// The joints, in the order of the second axis of the arrays.
     pub fn joints(&self) -> &[Joint] {
         &self.header.joints
     }
@@ -147,15 +147,17 @@ impl Arrays {
 pub struct Header {
     /// Frames per second; 0 without motion.
     pub frame_rate: f64,
-    /// Metres per unit of length of the output; absent if neither the file nor the options state the unit.
+    /// Metres per unit of length of the output. Absent if the file and the options do not state the unit, and nothing
+    /// in the output needed a guess of the unit.
     pub metres_per_unit: Option<f64>,
-    /// The up axis of the output; absent if neither the file nor the options state the axis.
+    /// The up axis of the output. Absent if the file and the options do not state the axis, and nothing in the output
+    /// needed a guess of the axis.
     pub up: Option<UpAxis>,
-    /// What positions are relative to.
+    /// The coordinate frame of positions.
     pub space: Space,
     /// The representation of rotations.
     pub rotation: Rotation,
-    /// What rotations are relative to.
+    /// The coordinate frame of rotations.
     pub rotation_space: RotationSpace,
     /// The thresholds for contacts, if contacts were requested.
     pub contacts: Option<Contacts>,
@@ -173,8 +175,8 @@ impl Header {
 }
 
 impl Arrays {
-    /// The first animation of `scene` as arrays. Long motions are computed by several threads; the values do not depend
-    /// on their number.
+    /// The first animation of `scene` as arrays. For long motions, several threads compute the values, which do not
+    /// depend on the number of threads.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -275,7 +277,8 @@ impl Arrays {
     }
 }
 
-/// The caller's frame rate determines the memory. So the size is checked as if a file stated it.
+/// Refuses more values than the limits for files allow. The caller's frame rate determines how much memory the values
+/// need.
 fn check_size(timeline: &timeline::Timeline, values_per_frame: usize) -> Result<()> {
     let values = |frames: usize| (frames as u64).saturating_mul(values_per_frame as u64);
     let limit = Limits::default().expanded_values(values(timeline.frames_in_file));

@@ -1,4 +1,5 @@
-//! Motion graphs whose clips are read from files.
+//! Motion graphs whose clips are read from files. A walk is a path through such a graph: pieces of clips, joined by
+//! transitions.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,7 @@ use super::notice::{Listener, say_warnings};
 use super::walk::WalkOptions;
 use super::{InputOptions, SourceSpace};
 
-/// A motion graph whose clips were read from files. A walk reads the files that it needs again.
+/// A motion graph whose clips were read from files. To make a walk, mocap reads the files of its clips a second time.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -40,14 +41,15 @@ pub struct FileGraph {
     body: Option<Body>,
 }
 
-/// The files of a graph that are all on a disk.
+/// The location of a graph's files if all of them are on a disk.
 const ON_DISK: Files<'static> = Files {
     given: &[],
     has_disk: true,
 };
 
 impl FileGraph {
-    /// Compares the motions of files. All files have one skeleton or, with [`GraphJobOptions::on`], humanoids.
+    /// Compares the motions of files. Without [`GraphJobOptions::on`], all files have one skeleton. With it, they have
+    /// humanoids.
     ///
     /// # Errors
     /// As [`Importer::import`], with the file; [`Code::InvalidValue`] if the skeletons differ, or if the clips give no
@@ -90,7 +92,7 @@ impl FileGraph {
         &self.graph
     }
 
-    /// The builder that compared the clips. It has the distances of any two clips.
+    /// The builder that compared the clips. It can compute the distances of any two clips.
     pub fn builder(&self) -> &GraphBuilder {
         &self.builder
     }
@@ -112,7 +114,7 @@ impl FileGraph {
     }
 }
 
-/// The clips of files, compared or ready for a comparison.
+/// The clips of files in a [`GraphBuilder`], and the options with which the files are read.
 pub(super) struct Clips<'a> {
     pub(super) builder: GraphBuilder,
     read: &'a InputOptions,
@@ -122,7 +124,7 @@ pub(super) struct Clips<'a> {
 }
 
 impl<'a> Clips<'a> {
-    /// The clips of the inputs.
+    /// Reads the clips of the inputs, and adds them to a builder.
     pub(super) fn compare(
         graphing: &GraphJobOptions,
         (read, space): (&'a InputOptions, &'a SourceSpace),
@@ -144,7 +146,7 @@ impl<'a> Clips<'a> {
         Ok(clips)
     }
 
-    /// The clips of a graph. Their files must be unchanged.
+    /// Reads the clips of a graph again. Refuses a file that has changed since the graph was made.
     pub(super) fn of_graph(
         graph: &MotionGraph,
         (read, space): (&'a InputOptions, &'a SourceSpace),
@@ -179,7 +181,7 @@ impl<'a> Clips<'a> {
         Ok(graph)
     }
 
-    /// Searches a walk over the graph of these clips, and makes its motion.
+    /// Searches the graph of these clips for a walk, and makes the motion of the walk.
     pub(super) fn walk(&self, graph: &MotionGraph, walking: &WalkOptions) -> Result<(Scene, WalkReport)> {
         let found = walking.search(&self.builder.network(graph)?, graph)?;
         let scenes = self.scenes_of(&found, graph)?;
@@ -243,7 +245,7 @@ impl Body {
         })
     }
 
-    /// The body that the graph was built for. Its file must be unchanged (SHA-256).
+    /// The body that the graph was built for. The body's file must have the SHA-256 that the graph records.
     fn of(graph: &MotionGraph, files: Files<'_>) -> Result<Option<Self>> {
         let Some((file, stated)) = &graph.body else {
             return Ok(None);
@@ -265,7 +267,7 @@ impl Body {
     }
 }
 
-/// The graph of a file.
+/// Reads a graph file.
 pub(super) fn read_graph(file: &Path, files: Files<'_>) -> Result<MotionGraph> {
     let graph = MotionGraph::from_json(&files.regular_text(file)?);
     graph.map_err(|error| error.with_path(file))

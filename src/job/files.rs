@@ -46,7 +46,7 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// The text of a file that is neither a pipe nor a device, of a size within the limits of reading.
+    /// The text of a file. Refuses a pipe, a device, and a file above the size limit for reading.
     pub(super) fn regular_text(&self, path: &Path) -> Result<String> {
         match self.find(path).is_none() && self.has_disk {
             true => import::read_text(path),

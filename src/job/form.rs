@@ -27,7 +27,8 @@ pub(super) enum Form {
     Arrays(ArrayLayout),
 }
 
-/// The extensions of character files that are passed through.
+/// The extension of glTF in JSON. A character in glTF or VRM is passed through: its file is kept, and motions are
+/// added.
 const OF_TEXT: [&str; 1] = ["gltf"];
 const OF_BINARY: [&str; 2] = ["glb", VRM];
 const VRM: &str = "vrm";
@@ -37,14 +38,14 @@ impl Form {
     pub(super) fn of_motion(writing: &OutputOptions, is_of_robot: bool) -> Result<Self> {
         let name = writing.extension();
         let form = match (RobotFormat::named(&name), ArrayLayout::named(&name)) {
-            // The extension of a VRM input. The glTF writer is used, because its reader detects VRM.
+            // A motion that is read from a VRM file is written as glTF. The glTF reader recognises VRM by the contents.
             _ if name == VRM => Self::Scene(FormatInfo::of(Format::Gltf)),
             (Some(format), _) if is_of_robot => Self::Robot(format),
             (_, Some(layout)) => Self::Arrays(layout),
             (Some(_), None) => {
                 let message = format!(
-                    "{name} has the joints of a robot: name the robot of the input in {{body}}, or retarget the motion to \
-                     a robot"
+                    "the format {name} contains the joint positions of a robot: if the input is the motion of a robot, \
+                     name this robot in {{body}}; otherwise, retarget the motion to a robot"
                 );
                 return Err(Diagnostic::new(Code::InvalidValue, message).into());
             }
@@ -176,12 +177,12 @@ impl Form {
                                character stay unchanged; write .fbx, or leave it out";
                 return Some(Diagnostic::new(Code::InvalidValue, message));
             }
-            Self::Character => "a character, whose file is passed through",
+            Self::Character => "a character, because mocap keeps the contents of the character's file",
             Self::Robot(_) => "the joint positions of a robot",
             Self::Arrays(layout) if layout.takes(option) => return None,
             Self::Arrays(_) => "arrays",
         };
-        let message = format!("{{{option}}} has no effect on {what}; leave it out");
+        let message = format!("{{{option}}} has no effect on {what}; omit this option");
         Some(Diagnostic::new(Code::InvalidValue, message))
     }
 
@@ -237,6 +238,9 @@ fn unknown(writing: &OutputOptions, known: &str) -> Diagnostic {
             "{}: a folder does not name the format of its outputs: {{to}} must be {known}",
             writing.output.display()
         ),
+        (None, false) if writing.output.as_os_str().is_empty() => {
+            format!("the output has no name: name a file that ends in {known}")
+        }
         (None, false) => format!(
             "{}: the name of the output must end in {known}",
             writing.output.display()
@@ -264,7 +268,7 @@ fn of_character(writing: &OutputOptions, file: &Path, character: &Character, has
             words(extensions.map(|extension| format!(".{extension}")), "or")
         };
         format!(
-            "{}, like the character, or in {}; {{to-skeleton}} takes only the skeleton",
+            "{}, like the character's file, or in {}; {{to-skeleton}} writes only the skeleton, without the meshes",
             listed(&mut own.iter().copied()),
             listed(&mut from_scene.into_iter())
         )
@@ -302,13 +306,14 @@ fn check_beside(writing: &OutputOptions, file: &Path, beside: &str) -> Result<()
 /// Reports a largest error that the format cannot guarantee, or a shell distance without a largest error.
 fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String> {
     let smaller = &writing.smaller;
-    // A format whose key storage cannot be chosen either always has a largest error or does not support one.
+    // Some formats have only one kind of key storage. Such a format always has a largest error, or does not support
+    // one.
     let chooses = row.takes(WriteOption::Compress);
     // Only 32-bit floats keep every key exactly.
     let is_exact = chooses && smaller.compress == Some(Compression::None);
     if smaller.max_error.is_some_and(|length| length.to_metres() == 0.0) && !is_exact {
         let exact = match chooses {
-            true => "name a length above 0, or {{compress}} none",
+            true => "name a length above 0, or {compress} none",
             false => "name a length above 0, or leave it out",
         };
         let name = row.name;

@@ -33,8 +33,11 @@ pub struct GraphJobOptions {
     /// Frames per second at which clips are compared
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = GraphOptions::default().rate))]
     pub rate: f64,
-    /// Length in seconds of the compared window, and of a transition
-    #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window))]
+    /// Length in seconds of the compared window, and of a transition [default: 1/3]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window, hide_default_value = true)
+    )]
     pub window: f64,
     /// Largest distance for a transition between two frames, as a mean over the joints, such as 6cm
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", default_value_t = GraphJobOptions::default().threshold))]
@@ -97,7 +100,8 @@ impl fmt::Display for GraphReport {
         let (transitions, clips) = (counted(self.transitions, "transition"), counted(self.clips, "clip"));
         write!(
             f,
-            "{transitions} among {clips}; {:.1} of {:.1} s kept: from each kept frame, a walk reaches all others",
+            "{transitions} among {clips}; {:.1} of {:.1} s kept: from each kept frame, a walk can reach every other \
+             kept frame",
             self.kept_seconds, self.seconds
         )
     }

@@ -23,13 +23,13 @@ use super::{
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct GraphJob {
-    /// How the inputs are read.
+    /// The options for reading the inputs.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: InputOptions,
     /// The inputs, and the caller's statements about them.
     #[serde(default)]
     pub source: GraphSources,
-    /// How the frames are compared.
+    /// The options for comparing the frames.
     pub graph: GraphJobOptions,
     /// The file for the distance matrix of two clips, or of one clip with itself: a .png picture or a .npy array. In
     /// the picture, lighter means more similar, and red dots are transitions.

@@ -1,4 +1,4 @@
-//! How the files of a job are read.
+//! The options for reading the files of a job.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::is_default;
 #[cfg(feature = "clap")]
 use mocap_figure::convert::Conversion;
 
-/// How the files of a job are read.
+/// The options for reading the files of a job.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -70,7 +70,8 @@ pub struct InputOptions {
     #[serde(rename = "static", skip_serializing_if = "is_default")]
     pub static_trial: Option<PathBuf>,
     /// The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz or .pkl),
-    /// or a file of any format with a figure [default: generic proportions, 1.70 m tall]
+    /// or a file of any format with a figure. For arrays of a robot, FILE is the robot [default: generic proportions,
+    /// 1.70 m tall]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub body: Option<PathBuf>,

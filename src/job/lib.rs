@@ -6,7 +6,8 @@
 //!   writes the result.
 //! - A survey job writes a table with a row for each clip.
 //! - A graph job writes the motion graph of its clips.
-//! - A walk job changes, retargets and writes a walk over a motion graph.
+//! - A walk job changes, retargets and writes a walk over a motion graph. A walk is a path from clip to clip: its
+//!   motion need not be walking.
 //!
 //! `mocap run job.json` runs a job, and `--print-job` prints the job of a command line.
 //!
@@ -64,7 +65,7 @@ use std::path::{Path, PathBuf};
 use flate2::read::ZlibDecoder;
 use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
-use mocap_scene::error::{Code, Diagnostic, Result, nearest, pointer};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest, pointer, wrong_value};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::report::indented_json;
 use serde::Serialize;
@@ -139,7 +140,7 @@ pub enum Job {
 impl Job {
     /// The JSON Schema of a job, as text.
     pub fn schema() -> String {
-        // The build compresses the file to a sixth.
+        // The build compresses the schema to a sixth of its size.
         let packed = include_bytes!(concat!(env!("OUT_DIR"), "/job.schema.json.zlib"));
         let mut text = String::new();
         let read = ZlibDecoder::new(&packed[..]).read_to_string(&mut text);
@@ -194,8 +195,8 @@ impl Job {
         self.run_with(&[])
     }
 
-    /// As [`run`](Self::run), but files of `given` are in memory instead of on the disk. Standard input is one with the
-    /// name `-`.
+    /// As [`run`](Self::run), but files of `given` are in memory instead of on the disk. In `given`, the name `-` is
+    /// standard input.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -236,7 +237,7 @@ impl Job {
     }
 
     /// Makes the output as [`run`](Self::run) does, and writes nothing. Files of `given` are in memory instead of on
-    /// the disk. Standard input is one with the name `-`.
+    /// the disk. In `given`, the name `-` is standard input.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -253,7 +254,7 @@ impl Job {
         }
     }
 
-    /// How the inputs are read.
+    /// The options for reading the inputs.
     pub fn read(&self) -> &InputOptions {
         match self {
             Self::Motion(job) => &job.read,
@@ -284,7 +285,7 @@ impl Job {
         }
     }
 
-    /// The format of the output, and whether it replaces a file that may be a source.
+    /// The options `to` (the format of the output) and `force` of the job, so that a caller can change them.
     #[doc(hidden)]
     pub fn to_and_force(&mut self) -> (&mut Option<String>, &mut bool) {
         match self {
@@ -343,7 +344,7 @@ fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
                 }
                 path += key;
                 (
-                    format!("{message}, but {known}"),
+                    format!("{message}; known keys: {known}"),
                     nearest(key, known.split(", ")).map(str::to_owned),
                 )
             }
@@ -354,7 +355,15 @@ fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
             (None, None) if what.starts_with("trailing characters") => {
                 ("text follows the JSON object".to_owned(), None)
             }
-            (None, None) if error.is_data() => (wrong_value(&what), None),
+            (None, None) if error.is_data() => {
+                // The path already states the place of a missing field.
+                let rest = || {
+                    what.rsplit_once(" at line ")
+                        .map_or(&*what, |(what, _)| what)
+                        .to_owned()
+                };
+                (wrong_value(&what).unwrap_or_else(rest), None)
+            }
             (None, None) => (format!("the text is not JSON: {what}"), None),
         };
         let message = match path.as_str() {
@@ -381,23 +390,6 @@ fn dotted(pointer: &str) -> String {
         }
     }
     path
-}
-
-/// Rewrites serde's message about a value of a wrong type in the words of this library.
-fn wrong_value(what: &str) -> String {
-    let found = ["invalid type: ", "invalid value: "]
-        .into_iter()
-        .find_map(|start| what.strip_prefix(start)?.split_once(", expected "));
-    let Some((found, expected)) = found else {
-        // The path already states the place.
-        return what.rsplit_once(" at line ").map_or(what, |(what, _)| what).to_owned();
-    };
-    let (expected, place) = expected.split_once(" at line ").unwrap_or((expected, ""));
-    let expected = if expected == "f64" { "a number" } else { expected };
-    match place {
-        "" => format!("expected {expected}; found {found}"),
-        place => format!("expected {expected}; found {found} at line {place}"),
-    }
 }
 
 /// The unknown word in serde's message, and the known words of this `kind`.

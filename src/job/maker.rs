@@ -12,7 +12,7 @@ use mocap_edit::EditStep;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_figure::{Figure, Humanoid, HumanoidMap};
 use mocap_formats::{Export, FormatInfo, WriteOption};
-use mocap_io::import::{Importer, MemoryFile};
+use mocap_io::import::{Clips, Importer, MemoryFile};
 use mocap_retarget::report::ClipReport;
 use mocap_retarget::robot::Robot;
 use mocap_retarget::{Retargeter, SourceMotion, apply_steps_with_bones, whole};
@@ -20,7 +20,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result, spelled};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::report::AppliedStep;
-use mocap_scene::scene::{Assumption, Scene, Topic, UpAxis};
+use mocap_scene::scene::{Assumption, Format, Scene, Topic, UpAxis};
 
 use self::onto::import_onto;
 use self::own::robot_of_inputs;
@@ -31,7 +31,7 @@ use super::notice::{Listener, Notice, clip_taken, say_all, say_warnings};
 use super::{JobTarget, JointNames, MotionJob, meshes};
 
 /// The note if the first frame is dropped.
-const REST_LEFT_OUT: &str = "the first frame, a rest pose, is dropped: tick 0 is tick 1 of the file";
+const REST_LEFT_OUT: &str = "the first frame, a rest pose, is dropped: tick 0 of the output is tick 1 of the file";
 
 /// A job that is ready to run: its options are checked, and its target and second motions are read. It makes outputs
 /// from motions.
@@ -69,7 +69,7 @@ pub struct Maker<'a> {
     /// The target without a motion, if the job has a target.
     target: Option<Retargeter>,
     threads: Option<usize>,
-    /// The skeletons of the motions that were looked at, and the skeleton of each motion.
+    /// The skeletons of the motions that [`look_at`](Self::look_at) has read, and the skeleton of each motion.
     skeletons: Arc<[Skeleton]>,
     of_motions: Arc<BTreeMap<PathBuf, usize>>,
 }
@@ -80,7 +80,7 @@ pub struct Maker<'a> {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct JobOutput {
-    /// The files.
+    /// The files, with their names and bytes.
     pub written: Export,
     /// The written motion; absent for the file of a character and for the joints of a robot.
     pub scene: Option<Scene>,
@@ -93,8 +93,8 @@ pub struct JobOutput {
 }
 
 impl<'a> Maker<'a> {
-    /// Prepares `job`. The methods name the inputs and the output. Files of `given` are in memory instead of on the
-    /// disk. Standard input is one with the name `-`.
+    /// Prepares `job`. The inputs and the output are arguments of other methods. Files of `given` are in memory instead
+    /// of on the disk. In `given`, the name `-` is standard input.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] if options contradict each other, [`Code::UnknownFormat`] if the output's format is
@@ -191,6 +191,37 @@ impl<'a> Maker<'a> {
     #[doc(hidden)]
     pub fn keeps_units(&self) -> bool {
         self.form.keeps_units() && self.target.is_none() && self.job.write.space.metres_per_unit().is_none()
+    }
+
+    /// The clips of a file, with their numbers and names, if the file has several and an output holds one clip. A file
+    /// that cannot be read is reported later, with its output.
+    #[doc(hidden)]
+    pub fn separate_clips(&self, motion: &Path) -> Vec<(usize, String)> {
+        let holds_one = match self.form {
+            Form::Scene(row) => row.has_one_clip || self.is_onto_robot(),
+            Form::Robot(_) | Form::Arrays(_) => true,
+            Form::Character => false,
+        };
+        let format = FormatInfo::of_output(motion).map(|row| row.format);
+        let may_have_several = matches!(format, Some(Format::Gltf | Format::Fbx | Format::Usd));
+        if !holds_one || !may_have_several || self.job.read.clip != Clips::All {
+            return Vec::new();
+        }
+        let importer = self.job.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
+        let Ok(scene) = self.files.import(&importer, motion) else {
+            return Vec::new();
+        };
+        let clips = scene.animations.iter().enumerate();
+        let moving = clips.filter(|(index, _)| scene.face_curves_alone(*index).is_none());
+        moving.map(|(index, clip)| (index, clip.name.clone())).collect()
+    }
+
+    /// Selects a clip of the inputs, by its number from 0.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn clip(mut self, clip: usize) -> Self {
+        self.job.read.clip = Clips::Index(clip);
+        self
     }
 
     /// Sets the up axis of the inputs, for a caller who knows it from other motions.
@@ -322,7 +353,8 @@ impl<'a> Maker<'a> {
         let mut scene = importer.at_rate(self.job.source.frames.fps, import)?;
         if motion.is_dir() {
             hear(Notice::Note(&spelled(
-                "the files of this folder make one take; for one file each, name a folder: {output} FOLDER {to} glb",
+                "the files of this folder make one take; to write one file for each of them, name an output folder: \
+                 {output} FOLDER {to} glb",
             )));
         }
         say_warnings(&mut scene, motion, hear);
@@ -338,7 +370,8 @@ impl<'a> Maker<'a> {
                 true => {
                     let count = scene.animations.len();
                     let message = format!("the output has only clip {index} of {count}");
-                    let warning = Diagnostic::new(Code::NotCarriedOver, message).help("{clip} takes another clip");
+                    let warning = Diagnostic::new(Code::NotCarriedOver, message)
+                        .help("{clip} selects another clip; if the output is a folder, each clip gets a file");
                     hear(Notice::Warnings(motion, &[warning]));
                 }
                 false => hear(Notice::Note(&note)),
@@ -402,7 +435,8 @@ impl<'a> Maker<'a> {
         let mut source = SourceMotion::converted(scene);
         (source.bones, source.assumptions) = (Some(figure.humanoid.after(inserted)), assumptions);
         if self.keeps_units() {
-            // Nothing is converted, so the unit is not told for one file. The units of many files may differ.
+            // No length is converted. The unit of the file is recorded nevertheless, because the units of several files
+            // may differ.
             source.assumptions.retain(|known| known.topic != Topic::Unit);
             source.assumptions.push(figure.survey.unit_of_file());
         }

@@ -29,7 +29,7 @@ pub(super) fn draw_anew(job: &MotionJob, row: Option<&FormatInfo>, scene: &mut S
 }
 
 /// Keeps or drops the meshes and other contents of a scene's file, and reports dropped data. `row` is the row of the
-/// output.
+/// output's format.
 pub(super) fn keep_or_drop(
     job: &MotionJob,
     row: Option<&FormatInfo>,
@@ -41,7 +41,7 @@ pub(super) fn keep_or_drop(
     if job.write.skeleton_only {
         scene.metadata.lost.clear();
     }
-    // Morph targets differ between faces, and a skeleton without a mesh has none.
+    // Another body has other morph targets, and a skeleton without a mesh has none.
     if job.target.is_some() || job.write.skeleton_only {
         let lost = scene.weight_curves();
         scene.lose(DataKind::FaceCurves, lost);
@@ -56,7 +56,8 @@ pub(super) fn keep_or_drop(
     }
     if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
         hear(Notice::Note(
-            "skeleton-only: only the skeleton and its motion are kept; meshes, materials and the rest are dropped",
+            "skeleton-only: only the skeleton and its motion are kept; meshes, materials and all other contents are \
+             dropped",
         ));
     }
     let Some(original) = scene.original.as_mut().filter(|_| is_gltf && job.target.is_none()) else {

@@ -34,7 +34,7 @@ use crate::verify::report::Verification;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MotionJob {
-    /// How the inputs are read.
+    /// The options for reading the inputs.
     #[serde(skip_serializing_if = "is_default")]
     pub read: InputOptions,
     /// The inputs, and the caller's statements about them.
@@ -85,7 +85,7 @@ impl MotionJob {
         verifier.files(input, output)
     }
 
-    /// How the inputs are read.
+    /// The options for reading the inputs.
     pub(super) fn importer(&self) -> Importer {
         self.read.importer().marker_weights(self.weights.markers)
     }

@@ -30,7 +30,7 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 pub enum Notice<'a> {
     /// Possible problems of a file.
     Warnings(&'a Path, &'a [Diagnostic]),
-    /// A decision, a choice, or a part that was dropped.
+    /// A sentence about a decision, a choice, or data that was dropped.
     Note(&'a str),
     /// The changes of a step.
     Step(&'a EditReport),
@@ -57,7 +57,7 @@ pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Listener<'_>) {
 }
 
 pub(super) fn say_all(assumptions: &[Assumption], hear: Listener<'_>) {
-    // Losses other than motion are reported elsewhere.
+    // Lost analog channels and events are reported elsewhere.
     let is_of_motion = |assumption: &&Assumption| !matches!(assumption.topic, Topic::Analog | Topic::Events);
     let sentences = assumptions.iter().filter(is_of_motion).map(Assumption::to_string);
     sentences.for_each(|sentence| hear(Notice::Note(&sentence)));
@@ -71,9 +71,9 @@ pub(super) fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
     }
     let (index, count) = (scene.main_clip(), scene.animations.len());
     let name = &scene.animations[index].name;
-    let because = only.map(|format| format!(", because {format} has one"));
+    let because = only.map(|format| format!(", because {format} holds one clip"));
     let note = format!(
-        "clip: {index} \"{name}\" of {count}{}; {{clip}} takes another",
+        "clip: {index} \"{name}\" of {count}{}; {{clip}} selects another clip",
         because.unwrap_or_default()
     );
     Some(spelled(&note).into_owned())

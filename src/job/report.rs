@@ -37,7 +37,7 @@ use crate::verify::report::Verification;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct JobReport {
-    /// The files of the output; the last is the one that the job names.
+    /// The files of the output. The last file has the name that the job gives to its output.
     pub files: Vec<OutputFile>,
     /// Decisions, choices and dropped parts, one sentence each.
     pub notes: Vec<String>,
@@ -82,9 +82,9 @@ pub struct JobReport {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutputFile {
-    /// Its name, without the folder; empty for a stream.
+    /// The name of the file, without the folder; empty for a stream.
     pub name: String,
-    /// Its size.
+    /// The size of the file.
     pub bytes: usize,
 }
 

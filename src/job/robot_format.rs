@@ -71,7 +71,7 @@ impl RobotFormat {
         Self::Dynamics,
     ];
 
-    /// The extension of its files.
+    /// The extension of the files in this format.
     pub const fn extension(self) -> &'static str {
         match self {
             Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist | Self::Asap => "pkl",
@@ -132,7 +132,10 @@ impl RobotFormat {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion on a robot").into());
         };
         if motions.next().is_some() {
-            let message = format!("a {} file of a robot has one motion; name one motion", self.name());
+            let message = format!(
+                "a {} file of a robot holds one motion; name only one motion",
+                self.name()
+            );
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
         self.write_motion(motion, robot, provenance)

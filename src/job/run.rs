@@ -20,8 +20,8 @@ impl MotionJob {
         self.run_with(&[])
     }
 
-    /// As [`run`](Self::run), but files of `given` are in memory instead of on the disk. Standard input is one with the
-    /// name `-`.
+    /// As [`run`](Self::run), but files of `given` are in memory instead of on the disk. In `given`, the name `-` is
+    /// standard input.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -45,8 +45,8 @@ impl MotionJob {
         Ok(report)
     }
 
-    /// Makes the output as [`run`](Self::run) does, and writes nothing. The files of `given` are not read from the
-    /// disk, such as standard input, whose name is `-`.
+    /// Makes the output as [`run`](Self::run) does, and writes nothing. Files of `given` are in memory instead of on
+    /// the disk. In `given`, the name `-` is standard input.
     ///
     /// # Errors
     /// As [`run`](Self::run).

@@ -267,7 +267,7 @@ pub struct SourceFrames {
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHEN", default_value = "no"))]
     #[serde(skip_serializing_if = "is_default")]
     pub drop_first_frame: FirstFrame,
-    /// Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N
+    /// Rest pose: zero (as in the file; in BVH all rotations are 0), t-pose, a-pose (arms 45 degrees down), or frame:N
     #[cfg_attr(feature = "clap", arg(long, value_name = "POSE", default_value = "zero"))]
     #[serde(skip_serializing_if = "is_default")]
     pub rest: RestPoseSource,

@@ -163,7 +163,7 @@ impl SurveyOptions {
             }
             _ => return Ok(()),
         };
-        Err(error.help("also name what to select or split, or leave it out").into())
+        Err(error.help("add {select} or {split}, or omit {by}").into())
     }
 
     /// The further files: the page and the findings, if requested.
@@ -193,13 +193,14 @@ impl SurveyOptions {
         Ok(made.map(|(path, text)| (path, text.into_bytes())).collect())
     }
 
-    /// The `mocap.toml` files near `paths` with patterns that match no file, each with warnings about them.
+    /// The `mocap.toml` files near `paths` that have a pattern without a matching file. Each has a warning for each
+    /// such pattern.
     #[doc(hidden)]
     pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<(PathBuf, Vec<Diagnostic>)> {
         mocap_io::import::attribution::unmatched_patterns(paths)
     }
 
-    /// Describes the parts of a split in which no clip is, and the clips that a split may not keep together.
+    /// Describes the parts of a split that have no clip, and the clips that a split may not keep together.
     #[doc(hidden)]
     pub fn doubts(&self, corpus: &Corpus) -> Vec<String> {
         if self.split.is_empty() {
@@ -229,7 +230,7 @@ impl SurveyOptions {
         let first = bad.first()?;
         let (count, verdict) = (bad.len(), least.as_str());
         Some(format!(
-            "{count} clips are {verdict} or worse, the first {}: {}",
+            "{count} clips are {verdict} or worse; the first is {}: {}",
             first.file, first.reasons
         ))
     }

@@ -18,7 +18,7 @@ use super::{FileOutputOptions, InputOptions, JobReport, SurveyOptions, is_defaul
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SurveyJob {
-    /// How the inputs are read.
+    /// The options for reading the inputs.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: InputOptions,
     /// The inputs.

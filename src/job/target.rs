@@ -113,7 +113,8 @@ target! {
         #[serde(skip_serializing_if = "is_default")]
         pub replace_animations: bool,
         /// Largest allowed angle in degrees; beyond it, the job fails after writing, with the exit code 1. Four angles
-        /// are checked: of a limb in any frame, and the means of a limb's roll, a line of the trunk and a palm
+        /// count: the angle of a limb in any frame, and the mean angles of a limb's roll, of a line of the trunk and of
+        /// a palm
         #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES"))]
         #[serde(skip_serializing_if = "is_default")]
         pub max_angle: Option<Angle>,
@@ -147,7 +148,7 @@ target! {
         /// file [default: 2]
         #[cfg_attr(
             feature = "clap",
-            arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))
+            arg(long, value_name = "1|2", value_parser = parse_passes)
         )]
         #[serde(skip_serializing_if = "is_default")]
         #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 2)))]
@@ -171,7 +172,7 @@ target! {
         #[serde(skip_serializing_if = "is_default")]
         pub time_scale: TimeScale,
         /// Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. feasible refuses
-        /// poor motions, and those that the robot cannot perform by its masses and efforts
+        /// poor motions, and motions that the robot cannot perform with its masses and effort limits
         #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT"))]
         #[serde(skip_serializing_if = "is_default")]
         pub require: Option<RequiredVerdict>,
@@ -221,7 +222,7 @@ pub enum Hands {
 pub enum RequiredVerdict {
     /// Only good motions.
     Good,
-    /// Good and fair ones that the robot can perform, by its masses and efforts.
+    /// Good and fair motions that the robot can perform with its masses and effort limits.
     Feasible,
     /// Good and fair motions.
     Fair,
@@ -236,7 +237,7 @@ impl RequiredVerdict {
             Self::Feasible | Self::Fair => verdict != Verdict::Poor,
         };
         match self {
-            _ if !is_allowed => Some(verdict.as_str().to_owned()),
+            _ if !is_allowed => Some(format!("its verdict is {}", verdict.as_str())),
             Self::Feasible => clip.robot()?.why_infeasible(),
             _ => None,
         }
@@ -339,6 +340,16 @@ impl JobTarget {
     }
 }
 
+/// Parses the number of solver passes on a command line.
+#[cfg(feature = "clap")]
+fn parse_passes(text: &str) -> Result<u8, String> {
+    match text {
+        "1" => Ok(1),
+        "2" => Ok(2),
+        _ => Err("it must be 1 or 2".to_owned()),
+    }
+}
+
 impl RobotTarget {
     fn passes(&self) -> Result<u8> {
         match self.passes.unwrap_or(2) {
@@ -356,7 +367,7 @@ impl RobotTarget {
             .iter()
             .filter_map(|clip| Some((clip.name(), required.problem(clip)?)));
         let (name, why) = problems.next()?;
-        let problem = format!("{name}: the motion is {why}, which {{require}} refuses");
+        let problem = format!("{name}: {{require}} refuses the motion: {why}");
         Some(spelled(&problem).into_owned())
     }
 }

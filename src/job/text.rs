@@ -35,11 +35,11 @@ impl Length {
         self.0
     }
 
-    /// The question to ask if a length on a command line lacks its unit: `1` would be a metre.
+    /// The question to ask if a length on a command line lacks its unit. The user of `1` probably means 1 mm, not 1 m.
     #[doc(hidden)]
     pub fn question(text: &str) -> Option<String> {
-        // A smaller number was meant in metres.
-        /// The number of millimetres below which a length without a unit was meant in metres: no motion is that exact.
+        /// A number without a unit that is below this number was meant in metres, because no motion is exact to a
+        /// tenth of a millimetre.
         const SMALLEST_IN_MILLIMETRES: f64 = 0.1;
         let number: f64 = text.trim().parse().ok().filter(|&number| number != 0.0)?;
         let millimetres = match number.abs() < SMALLEST_IN_MILLIMETRES {

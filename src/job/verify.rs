@@ -1,12 +1,13 @@
 //! Verifies a written file: compares the position of every joint, in every frame of every clip, with its source.
 //!
-//! This module computes both sides in double precision with separate kinematics code. A reader, not the writer, reads
-//! the file. In glTF, the time of a frame is rounded to 32-bit seconds, because glTF stores no other times.
+//! This module computes the positions of the source and of the file in double precision, with its own kinematics code.
+//! It uses what mocap's reader finds in the file, not data of the writer. In glTF, the time of a frame is rounded to
+//! 32-bit seconds, because glTF stores no other times.
 //!
 //! Intended changes (unit, up axis, trim, frame rate, edits) are in the [`Provenance`] of this crate's glTF and FBX
 //! files, or in the JSON file of a BVH file. They are applied to the source as well. Without this record, the unit is
-//! inferred from the lengths of the links, and must be a unit of length. The up axis is the axis with the smaller
-//! distances. The motion is assumed to be whole.
+//! inferred from the lengths of the links, and must be a known unit of length. The up axis is the axis with the smaller
+//! distances. The file is assumed to have the whole motion.
 //!
 //! Joints are paired by name. Joints without a name, or with a repeated name, are paired by their ancestors. Clips are
 //! paired by name, or in their order if the format has no names. Each clip keeps its own frame rate. Cubic curves are
@@ -295,7 +296,7 @@ impl Verifier {
             wanted.name
         );
         Err(Diagnostic::new(Code::InvalidValue, message)
-            .help("name it: {with} FILE")
+            .help("name the second motion: {with} FILE")
             .into())
     }
 

@@ -1,4 +1,4 @@
-//! The goal of a walk over a motion graph.
+//! The goal of a walk over a motion graph. A walk is a path from clip to clip: its motion need not be walking.
 
 use std::path::Path;
 
@@ -55,7 +55,7 @@ pub struct WalkOptions {
     )]
     #[serde(skip_serializing_if = "is_default")]
     pub through: Vec<String>,
-    /// Random seed of a walk with --seconds: another seed gives another walk
+    /// Random seed of a walk of a given duration: another seed gives another walk
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = WalkOptions::default().seed))]
     pub seed: u64,
 }
@@ -71,7 +71,7 @@ impl Default for WalkOptions {
     }
 }
 
-/// The same syntax as the path of the edit step warp, without times.
+/// Parses the points of a path, in the syntax of the path of the step warp, without times.
 #[cfg(feature = "clap")]
 fn parse_path(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let point = |text: &str| {
@@ -92,7 +92,10 @@ impl WalkOptions {
                 let clips = self.through.iter().map(|named| moment(graph, named));
                 network.through(&clips.collect::<Result<Vec<_>>>()?)
             }
-            _ => refuse("a walk has one of seconds, path and through", "name one of them"),
+            _ => refuse(
+                "a walk needs exactly one of seconds, path and through",
+                "name one of them",
+            ),
         }
     }
 }

@@ -27,7 +27,7 @@ use super::{
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkJob {
-    /// How the clips are read.
+    /// The options for reading the clips.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: InputOptions,
     /// The graph file; with `graph`, the clips.
@@ -177,7 +177,7 @@ impl WalkJob {
         ];
         if aims.into_iter().filter(|is_aim| *is_aim).count() != 1 {
             return refuse(
-                "the job: a walk has exactly one of seconds, path and through",
+                "the job: a walk needs exactly one of seconds, path and through",
                 "name one of them",
             );
         }

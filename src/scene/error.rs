@@ -1,8 +1,8 @@
 //! Diagnostics: problems of a file, with their locations.
 //!
 //! A [`Diagnostic`] describes one problem of a file. An [`Error`] is the diagnostic that stopped the import. The
-//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not stop it. Each diagnostic has a [`Code`]: a
-//! stable name with a cause and a remedy.
+//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not stop the import. Each diagnostic has a
+//! [`Code`]: a stable name with a cause and a remedy.
 
 mod code;
 pub(crate) mod nearest;
@@ -20,7 +20,7 @@ pub use self::code::Code;
 #[doc(hidden)]
 pub use self::nearest::nearest;
 #[doc(hidden)]
-pub use self::pointer::pointer;
+pub use self::pointer::{pointer, wrong_value};
 #[doc(hidden)]
 pub use self::spelling::{spell_options, spelled};
 pub use self::visible::visible;
@@ -42,7 +42,7 @@ pub struct Location {
     pub column: usize,
     /// The number of affected characters, starting at `column`; at least 1.
     pub length: usize,
-    /// The line. If the line is long, the piece around `column`.
+    /// The text of the line. Of a long line, only the piece around `column`.
     pub text: String,
     /// The column of the first character of `text`; 1 if `text` is the whole line.
     pub text_column: usize,
@@ -165,7 +165,7 @@ impl fmt::Display for Diagnostic {
 /// The reason why a file could not be read or written: one [`Diagnostic`], the path of the file, and the warnings
 /// before the error.
 ///
-/// It prints as one line that begins with the location, like a compiler message:
+/// An error prints as one line that begins with the location, like a compiler message:
 ///
 /// ```
 /// let error = mocap::Importer::new().read(b"HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh").unwrap_err();
@@ -190,9 +190,11 @@ impl Error {
     #[doc(hidden)]
     pub fn io(path: &Path, source: io::Error) -> Self {
         let is_named = !path.as_os_str().is_empty();
-        let message = match is_named {
-            true => source.to_string(),
-            false => "the name of the file is empty".to_owned(),
+        let is_missing = source.kind() == io::ErrorKind::NotFound && source.get_ref().is_none();
+        let message = match (is_named, is_missing) {
+            (false, _) => "the name of the file is empty".to_owned(),
+            (true, true) => "the file or folder does not exist".to_owned(),
+            (true, false) => source.to_string(),
         };
         let help = match source.kind() {
             io::ErrorKind::NotFound if is_named => "check the name of the file and of its folder",

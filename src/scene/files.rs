@@ -65,7 +65,8 @@ pub fn read_text(path: &Path) -> Result<String> {
     })
 }
 
-/// UTF-8 as text, without a byte order mark. With this mark, UTF-16 is read too, which Windows PowerShell writes.
+/// Decodes UTF-8, and removes a byte order mark. A text with this mark may also be UTF-16, which Windows PowerShell
+/// writes. `None` if the bytes are not text.
 #[doc(hidden)]
 pub fn decode_text(mut bytes: Vec<u8>) -> Option<String> {
     let units = |unit: fn([u8; 2]) -> u16| {
@@ -92,14 +93,15 @@ pub fn copy_file(from: &Path, to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes `bytes` to `path`, completely or not at all. It writes a nameless file in the same folder, and then names it.
+/// Writes `bytes` to `path`, completely or not at all. Creates a nameless file in the same folder, and then gives the
+/// file its name.
 ///
-/// An existing file is replaced and keeps its permissions. After an error it is unchanged. A read-only file is not
-/// replaced. Links are followed. A pipe or a device is written directly.
+/// An existing file is replaced and keeps its permissions. After an error the existing file is unchanged. A read-only
+/// file is not replaced. Links are followed. A pipe or a device is written directly.
 ///
-/// To replace a file, the new file has a temporary name for a short time. Only Linux has nameless files; on other
-/// systems the file has the temporary name from the start. A killed process then leaves the temporary file.
-/// [`remove_unfinished`] removes it, and [`unfinished_target`] recognises its name.
+/// A file that replaces another has a temporary name for a short time. Only Linux has nameless files; on other systems
+/// the file has the temporary name from the start. A process that is killed in this time leaves the temporary file.
+/// [`remove_unfinished`] removes this file, and [`unfinished_target`] recognises its name.
 ///
 /// # Errors
 /// [`Code::Io`](crate::Code::Io), with the path.
@@ -109,7 +111,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Locked for reading while an output is written.
+/// Each writer of an output locks this for reading. [`stop_writing`] locks it for writing, and never unlocks it.
 static WRITING: RwLock<()> = RwLock::new(());
 
 fn writing() -> RwLockReadGuard<'static, ()> {
@@ -131,7 +133,8 @@ pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Re
     write_noted(path, existing::needs_record(path).then_some(&[]), write)
 }
 
-/// Like [`write_file_with`]. The record of outputs gets the names of `sources`; with `None`, it gets nothing.
+/// Like [`write_file_with`]. The record of outputs gets the names of `sources`; with `None`, the output is not
+/// recorded.
 fn write_noted(
     path: &Path,
     sources: Option<&[&str]>,
@@ -194,7 +197,7 @@ impl Target {
             Err(error) if error.kind() == io::ErrorKind::NotFound => end_of_links(path),
             Err(error) => return Err(error),
         };
-        // The system's message for a missing folder would name the temporary file.
+        // Report a missing folder here, because the system's message would name the temporary file.
         let folder = folder_of(&target);
         if !folder.is_dir() {
             let message = format!("there is no folder {}", folder.display());
@@ -266,8 +269,8 @@ pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
     Some(path.with_file_name(target))
 }
 
-/// Removes the temporary files that killed processes left for the output `path`. If `path` is a `.gltf`, also those for
-/// its buffer. No other process may be writing the same output.
+/// Removes the temporary files that killed processes left for the output `path`. If `path` is a `.gltf`, also removes
+/// the temporary files for its buffer. No other process may be writing the same output.
 ///
 /// ```
 /// let folder = tempfile::tempdir().unwrap();

@@ -6,7 +6,7 @@ use crate::error::{Code, Diagnostic};
 use crate::options::setters;
 use crate::scene::Scene;
 
-/// Upper bounds for file contents. A reader checks each bound before it allocates memory.
+/// Upper bounds for file contents.
 ///
 /// A reader compares every count in a file with these limits and with the remaining bytes, before it allocates. The
 /// defaults are far above every motion file that we know.
@@ -59,8 +59,8 @@ setters! {
 }
 
 impl Limits {
-    /// The limit on values that expand from a smaller source. The source is either `stated` bytes, in a format in which
-    /// few bytes state a long take (curves, or sparse keys). Or it is `stated` values that are resampled.
+    /// The limit on values that expand from a smaller source. `stated` is the size of the source. It is a number of
+    /// bytes, if the format states a long take in few bytes (curves or sparse keys), or a number of values to resample.
     ///
     /// The limit grows with the source, so that memory stays in proportion. 256 values per byte exceed the need of a
     /// file in which one joint of a hundred moves and the others have one key.
@@ -96,7 +96,7 @@ impl FrameBudget {
         }
     }
 
-    /// Subtracts the values of the frames from 0 to `last` from the budget. Returns the number of these frames.
+    /// Takes the values of the frames 0 to `last` out of the budget. Returns the number of these frames.
     #[allow(
         clippy::result_large_err,
         reason = "every caller turns the diagnostic into an `Error`, which boxes it"
@@ -158,7 +158,7 @@ pub fn is_degenerate_scale(scale: f64) -> bool {
 pub const SMALLEST_SCALE: f64 = 1e-12;
 
 /// The frame rates in frames per second that a file or a caller may state: from one frame in three hours to the fastest
-/// camera. A rate outside is damage, and gives times that 32-bit numbers cannot hold.
+/// camera. A rate outside of this range is damaged: 32-bit numbers cannot hold its times.
 #[doc(hidden)]
 pub const FRAME_RATES: RangeInclusive<f64> = 1e-4..=1e6;
 
@@ -187,7 +187,7 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
 }
 
 /// Limits the radius of a filter by the size of a motion: the filter visits each of `values` once for every frame of
-/// its window. The frame rate in a file decides the radius.
+/// its window. The radius follows from the frame rate, and a file may state any frame rate.
 #[allow(
     clippy::result_large_err,
     reason = "every caller turns the diagnostic into an `Error`, which boxes it"

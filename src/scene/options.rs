@@ -1,11 +1,12 @@
-//! Setters for option structs: a method with the name of each field. Option values as text in JSON.
+//! Setters for option structs: a method with the name of each field. Also reads and writes option values as text in
+//! JSON.
 //!
 //! Option structs are `#[non_exhaustive]`, so that a new option breaks no program. Start with `new()` and call setters,
 //! as with an `Importer`. A struct literal does not compile.
 
 use crate::error::{Code, Diagnostic, Result};
 
-/// Gives an option struct `new()`, which returns the defaults. Also gives it, for each field, a method that sets the
+/// Gives an option struct `new()`, which returns the defaults. For each field, it also gives a method that sets the
 /// field and returns the options. A field of type `Option` accepts a value or an `Option`.
 #[macro_export]
 macro_rules! setters {
@@ -119,8 +120,8 @@ pub struct WeightRow {
     pub reason: &'static str,
 }
 
-/// The largest factor between a weight and its default, in both directions. A thousandth is as good as none, and the
-/// solvers still have a solution.
+/// The largest factor between a weight and its default, in both directions. A weight of a thousandth of its default has
+/// practically no effect, and the solvers still have a solution.
 const LARGEST_FACTOR: f64 = 1000.0;
 
 impl WeightRow {
@@ -181,7 +182,7 @@ macro_rules! as_text {
 #[doc(inline)]
 pub use as_text;
 
-/// A JSON value that is read as its text.
+/// A JSON string or number, which is read as text.
 #[derive(serde::Deserialize)]
 #[serde(untagged, expecting = "a string or a number")]
 pub enum TextOrNumber {

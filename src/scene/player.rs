@@ -9,7 +9,7 @@ use crate::scene::Animation;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoopMode {
-    /// Stops.
+    /// Stops at the end.
     Once,
     /// Starts again. The last frame and the first show the same phase, so one loop takes [`Animation::duration`] ticks.
     #[default]
@@ -71,7 +71,7 @@ pub struct Player {
     pub tick: f64,
     /// The playback speed. Default: 1; negative plays backwards.
     pub speed: f64,
-    /// The behaviour at the end.
+    /// The behaviour at the end of the animation.
     pub loop_mode: LoopMode,
     ticks_per_second: f64,
     duration: f64,
@@ -85,15 +85,15 @@ impl Player {
         Self::of_length(animation.duration, animation.ticks_per_second)
     }
 
-    /// A player for something with a length in ticks that is not an [`Animation`], such as a packed clip (see its
-    /// `player`). A length that is not above 0 becomes 0.
+    /// A player for a motion that is not an [`Animation`], such as a packed clip (see its `player`). `duration` is the
+    /// length in ticks. A length that is not above 0 becomes 0.
     pub fn of_length(duration: f64, ticks_per_second: f64) -> Self {
         Self {
             tick: 0.0,
             speed: 1.0,
             loop_mode: LoopMode::default(),
             ticks_per_second,
-            // NaN becomes 0 as well.
+            // `max` also turns NaN into 0.
             duration: duration.max(0.0),
             returns: false,
         }
@@ -125,7 +125,7 @@ impl Player {
         self.tick
     }
 
-    /// Whether it plays once and has reached the end (or the start, if it plays backwards).
+    /// Whether the player plays once and has reached the end (or the start, if it plays backwards).
     pub fn is_finished(&self) -> bool {
         self.loop_mode == LoopMode::Once
             && if self.speed < 0.0 {

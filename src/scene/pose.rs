@@ -2,8 +2,9 @@
 //!
 //! An animation's channels give the transform of each node relative to its parent at a tick. [`Binding`] finds the node
 //! of each channel. Forward kinematics multiplies these matrices, starting at the root, T = J0 L1 J1 L2 ...: the motion
-//! of a joint, then the offset of the next. A node has both in one matrix, translation x rotation. So the chain is one
-//! product per node. Because parents precede children, it is one loop.
+//! of a joint, then the offset of the next joint. The matrix of a node has both: its offset as translation, and its
+//! motion as rotation. So the chain is one product per node. Because parents precede children, one loop computes all
+//! products.
 //!
 //! The results are matrices, not translation, rotation and scale, because products may have shear.
 //!
@@ -61,16 +62,16 @@ pub use self::updater::Updater;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Pose {
-    /// Node to parent.
+    /// For each node, the matrix from its space to the space of its parent.
     pub node_to_parent: Vec<Mat4>,
-    /// Node to world. The world is the space of the root's parent. [`Pose::update_world`] computes these matrices from
-    /// `node_to_parent`.
+    /// For each node, the matrix from its space to the world, which is the space of the root's parent.
+    /// [`Pose::update_world`] computes these matrices from `node_to_parent`.
     pub node_to_world: Vec<Mat4>,
     parents: Vec<Option<NodeId>>,
 }
 
 impl Pose {
-    /// The pose of the node transforms in `scene`. It is the rest pose unless they were updated.
+    /// The pose of the node transforms in `scene`. It is the rest pose unless the transforms were updated.
     pub fn rest(scene: &Scene) -> Self {
         let mut pose = Self {
             node_to_parent: scene.nodes.iter().map(|node| node.transform).collect(),

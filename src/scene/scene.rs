@@ -1,4 +1,5 @@
-//! The scene: a node graph, meshes, materials and animations, in Assimp's terms. Plain data.
+//! The scene: a node graph, meshes, materials and animations, in Assimp's terms. The types are plain data without
+//! behaviour.
 //!
 //! Lengths are in the file's unit, coordinates are right-handed, matrices map column vectors (`node_to_parent *
 //! point`), and quaternions are `x y z w` in memory. [`Scene::validate`](crate::Scene::validate) lists the rules for
@@ -146,7 +147,8 @@ pub struct Scene {
     pub metadata: Metadata,
     /// The warnings of the reader, in the order of the file.
     pub warnings: Vec<Diagnostic>,
-    /// The glTF or VRM file with meshes from which the scene was read. A glTF output keeps the rest of its contents.
+    /// The glTF or VRM file with meshes from which the scene was read. A glTF output keeps the other contents of this
+    /// file.
     #[serde(skip)]
     pub original: Option<Original>,
 }
@@ -220,12 +222,12 @@ pub struct Node {
     /// The parent; absent only for the root.
     pub parent: Option<NodeId>,
     /// Node to parent, in the rest pose. For BVH it is the translation by the OFFSET. [`Scene::update_node_matrices`]
-    /// overwrites it.
+    /// overwrites this matrix.
     pub transform: Mat4,
     /// Indices into [`Scene::meshes`].
     pub meshes: Vec<usize>,
-    /// The order of the node's Euler angles in the file. Keys are quaternions and do not need it, but writers of Euler
-    /// angles do. Absent if the file has no Euler angles, or does not have each axis once.
+    /// The order of the node's Euler angles in the file. Keys are quaternions and do not need the order, but writers of
+    /// Euler angles do. Absent if the file has no Euler angles, or not exactly one rotation about each axis.
     pub rotation_order: Option<RotationOrder>,
     /// The lines of the file that describe the node. Absent for binary files.
     pub source: Option<SourceLines>,
@@ -239,7 +241,7 @@ pub struct Node {
 
 /// The order of a node's three rotations about its axes.
 ///
-/// It is the order of a matrix product on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in CHANNELS of
+/// The order is as in a matrix product on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in CHANNELS of
 /// BVH.
 ///
 /// The [module](crate::scene) has an example.
@@ -272,7 +274,7 @@ impl RotationOrder {
         }
     }
 
-    /// The order of these axes, if each occurs once.
+    /// The order of these axes, if each axis occurs once.
     pub fn from_axes(axes: [usize; 3]) -> Option<Self> {
         Self::ALL.into_iter().find(|order| order.axes() == axes)
     }
@@ -295,7 +297,7 @@ pub struct Animation {
 
 impl Animation {
     /// The number of frames: the whole ticks from 0 to the one nearest to [`duration`](Self::duration), both included.
-    /// If a motion ends between two ticks and the later one is nearer, its last pose lasts until that tick.
+    /// If a motion ends between two ticks and is nearer to the later tick, its last pose lasts until that tick.
     ///
     /// ```
     /// use mocap::scene::Animation;

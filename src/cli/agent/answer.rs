@@ -4,17 +4,17 @@ use serde_json::{Value, json};
 
 use crate::Failure;
 
-/// The result of a call.
+/// The result of a call of a tool.
 pub(super) struct Answer {
     /// The report of the call.
     pub(super) report: Value,
     /// A shorter report, if `report` is too long for an answer.
     pub(super) brief: Option<Value>,
-    /// A picture, as PNG.
+    /// The picture of the answer, as PNG.
     pub(super) picture: Option<Vec<u8>>,
-    /// Whether the call failed, or its result is worse than its arguments allow.
+    /// Whether the call failed, or made a result that is worse than its arguments allow.
     pub(super) is_error: bool,
-    /// Whether there is only an error: the report then does not match the tool's schema.
+    /// Whether the report is only an error, which does not match the tool's schema.
     pub(super) is_failed: bool,
 }
 
@@ -37,7 +37,7 @@ impl Answer {
         }
     }
 
-    /// Whether an error has its reason.
+    /// Whether the answer states the reason of its error.
     pub(super) fn is_explained(&self) -> bool {
         ["error", "problem"].iter().any(|key| self.report[key].is_string())
     }

@@ -1,5 +1,5 @@
-//! The JSON Schema of each tool's answer: the keys that an agent needs for decisions. An answer has further keys. No
-//! value is null. A number that is not finite is absent, so only counts and strings are required.
+//! The JSON Schema of each tool's answer. A schema has the keys that an agent needs for decisions; an answer has
+//! further keys. No value is null. A number that is not finite is absent, so only counts and strings are required.
 
 use serde_json::{Map, Value, json};
 
@@ -125,12 +125,13 @@ pub(super) fn walked() -> Value {
     object(1, properties)
 }
 
-/// One file with `files`, or a folder with `motions`; a dry run of a folder has `inputs`.
+/// The schema of written motions. The answer has `files` for one motion, and `motions` for a folder. A dry run of a
+/// folder has `inputs`.
 pub(super) fn written() -> Value {
     output(object(1, [("input", text()), ("error", text())]))
 }
 
-/// As [`written`], with a verdict on each motion.
+/// Like [`written`], with a verdict on each motion.
 pub(super) fn retargeted() -> Value {
     let verdict = || json!({"enum": ["good", "fair", "poor"]});
     let motion = [("input", text()), ("error", text()), ("verdict", verdict())];
@@ -179,7 +180,7 @@ pub(super) fn scored() -> Value {
     object(1, [("verdict", text()), ("scores", any_object())])
 }
 
-/// A job has the answer of the tool for its kind.
+/// The schema of `run`, whose answer is the answer of the tool for the kind of the job.
 pub(super) fn run() -> Value {
     object(0, [("output", text()), ("files", any_list()), ("problem", text())])
 }

@@ -1,4 +1,4 @@
-//! The main part of long reports, for an answer. The whole report is a resource.
+//! Shortens long reports for an answer. The client can read the whole report as a resource.
 
 use std::cmp::Reverse;
 use std::fs;
@@ -26,10 +26,10 @@ pub(super) fn value(found: &impl serde::Serialize) -> Value {
     serde_json::to_value(found).unwrap_or_default()
 }
 
-/// The report of a finished job.
+/// The answer for a finished job.
 pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
     let mut report = value(found);
-    // In every other report, an error is the reason of a failure.
+    // In every other report, `error` is the reason of a failure, so give this error another name.
     let compression = report.as_object_mut().and_then(|report| report.remove("error"));
     report["compression"] = compression.unwrap_or_default();
     report["output"] = job.output().display().to_string().into();
@@ -58,7 +58,7 @@ pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
     answer
 }
 
-/// The result for each motion in a folder, from the manifest, the worst first.
+/// The answer for a folder: the result for each motion from the manifest, the worst first.
 pub(super) fn folder(folder: &Path) -> Answer {
     let text = fs::read_to_string(Manifest::path(folder, None)).unwrap_or_default();
     let lines = text
@@ -100,7 +100,7 @@ pub(super) fn folder(folder: &Path) -> Answer {
     answer
 }
 
-/// One motion of a folder. The worst of several clips counts.
+/// The row of one motion of a folder. If the motion has several clips, the row has the worst clip.
 fn motion(record: &Record) -> Value {
     let robot = record.robot_report().map(ClipReport::Robot);
     let read = |text: &serde_json::value::RawValue| serde_json::from_str::<Vec<RetargetReport>>(text.get()).ok();
@@ -124,7 +124,7 @@ fn motion(record: &Record) -> Value {
     motion
 }
 
-/// The retargeting quality of a motion.
+/// The entry of an answer for one retargeted clip, with its quality.
 fn clip(report: &ClipReport) -> Value {
     let limbs = report.body().map(|report| &report.limbs);
     let limbs = limbs
@@ -176,7 +176,8 @@ fn sorted(rows: impl Iterator<Item = Value>) -> Vec<Value> {
     rows
 }
 
-/// The clips of a survey, the best first, with the columns that guide a choice. The report has every column.
+/// The answer for a survey: its clips, the best first, with the columns that guide a choice. The report has every
+/// column.
 pub(super) fn surveyed(corpus: &Corpus) -> Answer {
     let mut rows: Vec<&ClipRow> = corpus.rows().collect();
     // Characters and robots have neither defects nor a motion to choose.
@@ -220,7 +221,7 @@ fn counts<'a>(names: impl IntoIterator<Item = &'a str>, count: impl Fn(&str) -> 
     counts
 }
 
-/// The findings in files: files with errors first, then files with warnings.
+/// The answer with the findings in files: files with errors first, then files with warnings.
 pub(super) fn checked(mut files: Vec<Value>) -> Answer {
     const STATUSES: [&str; 3] = ["error", "warning", "ok"];
     let has = |file: &Value, status: &str| file["status"] == status;

@@ -1,4 +1,4 @@
-//! A call of a tool.
+//! Runs a call of a tool, and makes the answer.
 
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,11 @@ impl Call<'_> {
             Command::Robot(args) => commands::robot::job(args, &given)?,
             Command::Edit(args) => commands::edit::job(args, &given)?,
             Command::Clean(args) => commands::clean::job(args, &given)?,
-            _ => return Err(Failure::Usage("the tool has no command".to_owned())),
+            _ => {
+                return Err(Failure::Usage(
+                    "mocap mcp cannot run this tool, which is a defect; please report this call".to_owned(),
+                ));
+            }
         };
         self.job(Job::Motion(job))
     }
@@ -94,14 +98,14 @@ impl Call<'_> {
         let mut answer = Answer::new(verdict);
         if !is_alike {
             answer.add_problem(
-                "the file differs from its source: findings, or an error above max_allowed, in metres; max-error allows \
-                 more",
+                "the file differs from its source: there are findings, or max_error is above max_allowed (both in \
+                 metres); a larger max-error allows more",
             );
         }
         Ok(answer)
     }
 
-    /// The outputs of a command without a job; a dry run states their paths.
+    /// Runs a command that has no job, and answers with the paths of its outputs. A dry run only states the paths.
     fn made<const N: usize>(
         &mut self,
         outputs: [Option<&PathBuf>; N],
@@ -116,7 +120,7 @@ impl Call<'_> {
         Ok(Answer::new(report))
     }
 
-    /// A database; a dry run lists its contents.
+    /// Builds a database. A dry run lists what the database would contain.
     fn index(&mut self, args: &IndexArgs) -> Result<Answer, Failure> {
         check_output(&args.output)?;
         let found = inputs::find(&args.paths, &args.inputs)?;
@@ -136,12 +140,16 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// A picture, which may also be written.
+    /// Draws a picture for the answer. If the call has an output, also writes the picture.
     fn look(&mut self, args: &Args) -> Result<Answer, Failure> {
         let args = match &args.command {
             Command::Survey(args) => return self.survey(&args.job(), &args.inputs, &args.spread),
             Command::Sheet(args) => args,
-            _ => return Err(Failure::Usage("the tool draws nothing".to_owned())),
+            _ => {
+                return Err(Failure::Usage(
+                    "mocap mcp cannot draw with this tool, which is a defect; please report this call".to_owned(),
+                ));
+            }
         };
         let is_dry = self.is_dry_run()?;
         let output = self.arguments.get("output").and_then(Value::as_str).map(PathBuf::from);
@@ -161,7 +169,7 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// A survey, which may also write a table, a page and the findings.
+    /// Makes a survey. If the call asks for a table, a page or the findings, also writes these files.
     fn survey(&mut self, job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
         let beside = job.survey.html.iter().chain(&job.survey.sarif).map(PathBuf::as_path);
@@ -184,7 +192,7 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// A graph, and the matrix of its distances.
+    /// Builds a graph, and draws the matrix of its distances if the call asks for the matrix.
     fn graph(&mut self, job: GraphJob, inputs: &InputArgs) -> Result<Answer, Failure> {
         let graph = job.write.output().map(Path::to_owned);
         let matrix = job.matrix.clone();
@@ -199,7 +207,7 @@ impl Call<'_> {
             .find(|name| !["job", "dry-run"].contains(&name.as_str()));
         match (other, self.arguments.get("job")) {
             (Some(name), _) => Err(Failure::Usage(format!(
-                "run has no argument {name:?}; it has job, dry-run"
+                "run has no argument {name:?}; its arguments are job, dry-run"
             ))),
             (None, Some(job @ Value::Object(_))) => self.job(Job::from_json(&job.to_string())?),
             (None, _) => Err(Failure::Usage(
@@ -208,7 +216,7 @@ impl Call<'_> {
         }
     }
 
-    /// Runs a job, or everything except writing.
+    /// Runs a job. In a dry run, does everything except writing the output.
     fn job(&mut self, job: Job) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
         let job = match job {
@@ -235,16 +243,18 @@ impl Call<'_> {
         Ok(brief::done(&job, &found, is_dry))
     }
 
-    /// The default options of `mocap run`.
+    /// The arguments of `mocap run` without any option.
     fn run_args(&self) -> Result<RunArgs, Failure> {
         let words = ["mocap", "run", "job.json"].map(Into::into);
         match self.commands.parse_words(words)?.0.command {
             Command::Run(args) => Ok(args),
-            _ => Err(Failure::Usage("run is no command".to_owned())),
+            _ => Err(Failure::Usage(
+                "mocap mcp cannot find the command run, which is a defect; please report this call".to_owned(),
+            )),
         }
     }
 
-    /// A job with many motions, one file for each.
+    /// Runs a job with many motions, which writes one file for each motion.
     fn folder(&mut self, job: &MotionJob, is_dry: bool) -> Result<Answer, Failure> {
         let folder = job.write.output.as_path();
         check_folder(folder)?;

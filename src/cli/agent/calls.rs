@@ -1,8 +1,8 @@
 //! The waiting and running calls of a session. Each call runs in a separate process.
 //!
-//! A process can be ended at any time, and a fault does not affect the server. A process ends when its call is
-//! cancelled, takes too long or runs out of memory. It also ends with its standard input, so it does not outlive the
-//! server.
+//! The server can end a process at any time, and a crash of the process does not affect the server. A process ends when
+//! its call is cancelled, takes too long or runs out of memory. It also ends when its standard input ends, so that it
+//! does not outlive the server.
 
 use std::collections::{HashMap, VecDeque};
 use std::ffi::OsString;
@@ -29,7 +29,8 @@ pub(super) const MOST_RUNNING: usize = 4;
 /// The most waiting calls, each with a message of at most 1 MiB.
 const MOST_WAITING: usize = 128;
 
-/// The time in which a process must end by itself: it may be writing a file.
+/// The time in which a process must end by itself. The process may need this time to finish the file that it is
+/// writing.
 const GRACE: Duration = Duration::from_secs(5);
 
 /// A call of a tool.
@@ -37,7 +38,7 @@ pub(super) struct Call {
     /// The identifier of the request, as JSON.
     pub(super) id: String,
     pub(super) tool: &'static str,
-    /// As text, because parsed values take several times the memory while the call waits.
+    /// The arguments as text, because parsed values take several times the memory while the call waits.
     pub(super) arguments: Box<RawValue>,
     pub(super) era: Era,
     /// The progress of the call, if the client asks for it.
@@ -50,7 +51,8 @@ const BEAT: Duration = Duration::from_secs(1);
 /// The progress of a call.
 pub(super) struct Progress {
     token: Value,
-    /// Finished files, and all files; 0 for a call with one file, and until the files are counted.
+    /// The number of finished files, and the number of all files. The latter is 0 until the files are counted, and for
+    /// a call with one file.
     done: usize,
     files: usize,
     /// The times at which the call came, and the last file was finished.
@@ -70,7 +72,7 @@ impl Progress {
         }
     }
 
-    /// Takes a new count. Returns whether it is larger than the last count.
+    /// Takes a new count of finished files. Returns whether the new count is larger than the last count.
     fn count(&mut self, done: usize, files: usize) -> bool {
         self.files = files;
         let is_farther = done > self.done;
@@ -80,13 +82,13 @@ impl Progress {
         is_farther
     }
 
-    /// The notification of a count.
+    /// The notification that states the count of finished files.
     fn counted(&self) -> String {
         self.notification(self.done.into(), "running")
     }
 
-    /// The notification after some time. Its number is between the last count and the next, and rises with time,
-    /// because each number must be larger than the last.
+    /// The notification if no further file is finished for some time. The protocol requires that each number is larger
+    /// than the last number. So the number rises with time, from the last count towards the next count.
     fn beat(&self, what: &str) -> String {
         let waited = self.last.elapsed().as_secs_f64();
         self.notification(json!(self.done as f64 + waited / (waited + 10.0)), what)
@@ -110,7 +112,7 @@ pub(super) struct Calls {
     starter: Vec<OsString>,
     time_limit: Duration,
     state: Mutex<State>,
-    /// Signals that a call came, or that no more will come.
+    /// Signals that a call has come, or that no further call will come.
     came: Condvar,
     reports: Mutex<Reports>,
 }
@@ -170,7 +172,7 @@ impl Calls {
             ));
         }
         if state.waiting.len() == MOST_WAITING {
-            let words = format!("{MOST_WAITING} calls are waiting; call again after some answers");
+            let words = format!("{MOST_WAITING} calls are waiting; wait for some answers, then call again");
             return Err(Fault::busy(words));
         }
         state.waiting.push_back(call);
@@ -188,13 +190,13 @@ impl Calls {
         }
     }
 
-    /// No more calls will come. Waiting calls are still run.
+    /// No further call will come. Waiting calls are still run.
     pub(super) fn close(&self) {
         lock(&self.state).is_closed = true;
         self.came.notify_all();
     }
 
-    /// Runs calls one after the other, until no more will come.
+    /// Runs calls one after the other, until no call waits and no further call will come.
     pub(super) fn work(&self) {
         loop {
             let mut state = lock(&self.state);
@@ -298,7 +300,7 @@ impl Calls {
         }
     }
 
-    /// Sends notifications about waiting calls. Calls only wait while others run.
+    /// Sends notifications about waiting calls. Calls only wait while other calls run.
     fn tell_waiting(&self) {
         let mut state = lock(&self.state);
         if state.told.is_some_and(|told| told.elapsed() < BEAT) {
@@ -322,7 +324,7 @@ impl Calls {
                 Event::Said(_) | Event::Cancelled => {}
             }
         }
-        // Harmless if the process has already ended.
+        // `kill` is harmless if the process has already ended.
         let _ = process.child.kill();
         let _ = process.child.wait();
     }
@@ -331,7 +333,7 @@ impl Calls {
 /// A process that runs a call.
 struct Process {
     child: Child,
-    /// Its standard input. Closing it ends the call.
+    /// Its standard input. When this input is closed, the process ends.
     orders: Option<ChildStdin>,
 }
 
@@ -354,7 +356,7 @@ impl Process {
             let _ = events.send(Event::Ended);
         });
         if let Some(orders) = &mut orders {
-            // If the process has ended before it read, its status shows it.
+            // If the process has ended before it read the order, its exit status shows this.
             let _ = writeln!(orders, "{}", serde_json::to_string(order)?);
         }
         Ok(Self { child, orders })

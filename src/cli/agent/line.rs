@@ -7,7 +7,7 @@ use super::protocol::Fault;
 /// The longest message in bytes. A job with a map of every bone has a few thousand.
 pub const LONGEST: usize = 1 << 20;
 
-/// The next line.
+/// A line that was read from standard input.
 pub enum Line {
     Text(Vec<u8>),
     /// A line with too many bytes, which were read and dropped.

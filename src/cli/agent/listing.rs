@@ -16,15 +16,15 @@ use crate::batch::walk::{Entry, Search};
 /// The most files in an answer. The report has more.
 const MOST_SHOWN: usize = 200;
 
-/// The most files in a list.
+/// The most files that a list may have. A folder with more files is refused.
 const MOST: usize = 100_000;
 
-/// The bytes of a file that determine its format. For other extensions fewer bytes are read: a folder may have many
-/// pictures and tables.
+/// The bytes of a file from which its format is determined. For extensions of other files, fewer bytes are read,
+/// because a folder may have many pictures and tables.
 const HEAD: u64 = 64 << 10;
 const HEAD_OF_UNKNOWN: u64 = 4 << 10;
 
-/// The files of a folder and its subfolders. The search of all commands is used: it always ends, and stays in the root
+/// The files of a folder and its subfolders. All commands use this search, which always ends and stays in the root
 /// folder.
 pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     check_confined(folder)?;
@@ -50,7 +50,7 @@ pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
         }
         match paths.len() > MOST {
             true => Err(Failure::Usage(format!(
-                "{} has more than {MOST} files; list a folder in it",
+                "{} has more than {MOST} files; list one of its subfolders",
                 folder.display()
             ))),
             false => Ok(()),
@@ -71,7 +71,9 @@ pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     );
     brief["count"] = files.len().into();
     if files.len().max(others.len()) > MOST_SHOWN {
-        brief["note"] = format!("the first {MOST_SHOWN} files are here; read the report, or list a folder").into();
+        brief["note"] =
+            format!("this answer has only the first {MOST_SHOWN} files; the report has all; or list a subfolder")
+                .into();
     }
     let mut found = Answer::new(answer(&files, &others));
     found.brief = Some(brief);
@@ -88,7 +90,7 @@ fn described(path: &Path) -> Option<Value> {
     let mut head = Vec::new();
     // An unreadable file is described by its extension.
     let _ = File::open(path).and_then(|file| file.take(longest).read_to_end(&mut head));
-    // Most tables are not motions.
+    // A `.csv` counts only if its contents show a motion, because most tables are not motions.
     let format = FormatInfo::of_contents(&head).or(named.filter(|_| !has("csv")))?;
     Some(json!({
         "file": path.display().to_string(),

@@ -42,7 +42,8 @@ pub(super) fn check(tool: &Tool, arguments: &Map<String, Value>) -> Result<(), F
                 Kind::Input if file.is_list && tool.has_folder_outputs() => {
                     if !has_folder {
                         return refuse(format!(
-                            "{text} names many motions: end \"output\" with /, for a folder with a file of each"
+                            "{text} names many motions: end \"output\" with /, for a folder with one file for each \
+                             motion"
                         ));
                     }
                 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// The current revision: no handshake; every request states its revision.
+/// The current revision of the protocol. It has no handshake: every request states its revision.
 const CURRENT: &str = "2026-07-28";
 
 /// Revisions that begin with `initialize`, the newest first.
@@ -53,7 +53,7 @@ impl Fault {
     }
 }
 
-/// The contents of a line.
+/// The message in a line.
 pub(super) enum Message {
     Request {
         id: Value,
@@ -62,7 +62,7 @@ pub(super) enum Message {
     },
     /// The request with this identifier is cancelled.
     Cancelled(Value),
-    /// Another notification, or an unexpected answer.
+    /// Another notification, or an answer to no request. The server answers neither.
     Silent,
 }
 
@@ -75,7 +75,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
         )
     })?;
     let Value::Object(mut message) = message else {
-        let words = "a message is an object; this revision has no lists of messages";
+        let words = "a message must be a JSON object; this revision of the protocol has no lists of messages";
         return Err((Value::Null, Fault::invalid_request(words)));
     };
     let id = message.remove("id");
@@ -128,7 +128,7 @@ pub(super) fn failed(id: &Value, fault: &Fault) -> Value {
     json!({"jsonrpc": "2.0", "id": id, "error": error})
 }
 
-/// Whether a request is of the current revision, or of one with a handshake.
+/// Whether a request belongs to the current revision, or to a revision with a handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Era {
     Current,

@@ -15,7 +15,7 @@ use super::schema::check_names;
 use super::tools::Tool;
 use crate::Failure;
 
-/// The longest report in an answer, in characters. A longer report is read as a resource.
+/// The longest report in an answer, in characters. A client reads a longer report as a resource.
 const LONGEST: usize = 24_000;
 
 /// The longest part of a resource in an answer of the tool `read`. The schema of a job is shorter.
@@ -131,7 +131,7 @@ impl Reports {
                 keys.join(", ")
             };
             return Err(format!(
-                "{} has no part {shown:?}; a pointer is the path of keys: {keys}",
+                "{} has no part {shown:?}; a JSON Pointer is a path of keys, such as {keys}",
                 uri.as_str().unwrap_or_default()
             ));
         };
@@ -201,7 +201,10 @@ fn shortened(mut value: Value, longest: usize) -> Value {
             break;
         }
         cut(&mut value, entries, characters);
-        let note = format!("too long: each list has only its first {entries} entries; read the rest with a pointer");
+        let note = format!(
+            "the report is too long: each list has only its first {entries} entries; read other parts with a JSON \
+             Pointer"
+        );
         value["note"] = note.into();
     }
     value

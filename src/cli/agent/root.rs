@@ -22,8 +22,8 @@ impl Root {
         Ok(Self)
     }
 
-    /// Refuses arguments with a string that leads out of the folder, whatever its purpose. A path with `..` is refused
-    /// before any access to the disk.
+    /// Refuses arguments if any string of them, whatever its purpose, is a path that leads out of the folder. A path
+    /// with `..` is refused before any access to the disk.
     pub(super) fn check(&self, arguments: &Value) -> Result<(), Failure> {
         match arguments {
             Value::String(text) => check_text(text),
@@ -69,7 +69,7 @@ fn check_text(text: &str) -> Result<(), Failure> {
     let shown: String = text.chars().take(80).collect();
     match (text, is_within) {
         ("-", _) => Err(Failure::Usage(
-            "- is standard input or output, which belong to the protocol; name a file".to_owned(),
+            "- is standard input or output, which the protocol uses; name a file".to_owned(),
         )),
         (_, true) => Ok(()),
         (_, false) => Err(Failure::Usage(format!(

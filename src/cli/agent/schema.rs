@@ -54,7 +54,7 @@ impl Commands {
         self.parse_words(self.words(tool, arguments)?)
     }
 
-    /// The arguments of a command line.
+    /// Parses the words of a command line.
     pub(super) fn parse_words(
         &self,
         words: impl IntoIterator<Item = OsString>,
@@ -118,7 +118,7 @@ fn listed(tool: &'static Tool, commands: &Commands) -> Value {
         "outputSchema": (tool.answer)(),
         "annotations": match tool.writes() {
             true => json!({"destructiveHint": false, "openWorldHint": false}),
-            // Its statement about writing then has no meaning.
+            // A tool that only reads needs no hint about destructive writes.
             false => json!({"readOnlyHint": true, "openWorldHint": false}),
         },
     })
@@ -229,7 +229,7 @@ fn no_argument(tool: &Tool, name: &str) -> Failure {
     let known: Vec<&str> = files.chain(tool.options.iter().copied()).chain(["dry-run"]).collect();
     let shown: String = name.chars().take(64).collect();
     Failure::Usage(format!(
-        "{} has no argument {shown:?}; it has {}; run takes a job with every option",
+        "{} has no argument {shown:?}; its arguments are {}; the tool run accepts every option in a job",
         tool.tool_name(),
         known.join(", ")
     ))

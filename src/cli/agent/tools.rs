@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use super::answers;
 use super::protocol::Fault;
 
-/// A tool.
+/// A tool of the server.
 pub struct Tool {
     /// The name of the tool: its command, or the command's last word.
     pub name: &'static str,
@@ -16,7 +16,7 @@ pub struct Tool {
     pub(super) files: &'static [FileArgument],
     /// The options of the command that the tool has, by their long names.
     pub options: &'static [&'static str],
-    /// The JSON Schema of its answer.
+    /// The JSON Schema of the tool's answer.
     pub(super) answer: fn() -> Value,
 }
 
@@ -32,11 +32,11 @@ pub(super) struct FileArgument {
 /// The position of files on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Slot {
-    /// Without an option.
+    /// Without an option, as a plain argument.
     Position,
     /// With the option of the argument's name.
     Option,
-    /// The output of `convert`: without an option, or with `--output` if it is a folder.
+    /// The output of `convert`: without an option, or with `--output` if the output is a folder.
     OutputOrFolder,
 }
 
@@ -78,7 +78,7 @@ const WITH: FileArgument = FileArgument {
     ..option("with", false, "Second motions that steps join or blend")
 };
 
-/// All tools.
+/// All tools of the server.
 pub const TOOLS: &[Tool] = &[
     Tool {
         name: "list",
@@ -166,7 +166,7 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "walk",
-        about: "Write a motion along a walk over a graph: for some seconds, along a path, or \
+        about: "Write a walk through a graph: for some seconds, along a path, or \
                 through two clips or more (walk.bvh, turn.bvh@2)",
         files: &[
             input("graph", "The .json file of graph"),
@@ -205,15 +205,11 @@ pub const TOOLS: &[Tool] = &[
     Tool {
         name: "retarget",
         about: "Retarget motions to a character (GLB, VRM, FBX, BVH). The character's file keeps all contents. \
-                Reports for each motion whether it is good, and which limb is farthest off",
+                Reports for each motion whether it is good, and which limb has the largest error",
         files: &[
             INPUTS,
             option("character", false, "The character"),
-            option(
-                "to-skeleton",
-                false,
-                "Instead: a file of which only the skeleton is used",
-            ),
+            option("to-skeleton", false, "Instead of character: only this file's skeleton"),
             OUTPUT,
         ],
         options: &[
@@ -237,7 +233,7 @@ pub const TOOLS: &[Tool] = &[
     Tool {
         name: "robot",
         about: "Retarget human motion to a robot of URDF or MJCF, within its joint limits. Reports for each motion \
-                whether it is good, and which limb is farthest off",
+                whether it is good, and which limb has the largest error",
         files: &[
             INPUTS,
             option("robot", true, "The robot: .urdf, or .xml of MuJoCo"),
@@ -354,7 +350,7 @@ impl Tool {
     /// The name by which a client calls the tool.
     pub(super) fn tool_name(&self) -> &'static str {
         match self.name {
-            // The title for an agent.
+            // For agents, `mocap info` has the name `inspect`.
             "info" => "inspect",
             name => name,
         }
@@ -375,7 +371,7 @@ impl Tool {
         ["convert", "retarget", "robot", "edit", "clean"].contains(&self.name)
     }
 
-    /// Whether a call may write.
+    /// Whether a call of the tool may write files.
     pub(super) fn writes(&self) -> bool {
         self.name == "run" || self.files.iter().any(|file| file.name == "output")
     }

@@ -45,8 +45,8 @@ pub(super) enum OutputLine {
     Done { result: Box<RawValue>, report: String },
 }
 
-/// Sends a message to the server. Errors are ignored: if the server has ended, the end of standard input ends this
-/// process. Here it may be writing a file.
+/// Sends a message to the server. Ignores an error of sending, because this process may be writing a file. If the
+/// server has ended, the end of standard input ends this process.
 fn say(said: &OutputLine) {
     let mut output = io::stdout().lock();
     let line = serde_json::to_string(said).unwrap_or_default();
@@ -75,7 +75,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
     let era: Era = serde_json::from_value(took("era")).map_err(io::Error::from)?;
     let number: usize = serde_json::from_value(took("number")).map_err(io::Error::from)?;
     let Ok((tool, arguments)) = tools::named(&order) else {
-        return Err(Failure::Usage("the order names no tool".to_owned()));
+        return Err(Failure::Usage("the request names no tool".to_owned()));
     };
     progress::listen(hear);
     report::keep();
@@ -87,7 +87,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
     };
     let mut answer = match catch_unwind(AssertUnwindSafe(|| call.answer())) {
         Ok(Ok(answer)) => answer,
-        // Notices go to standard error.
+        // The command has already reported its errors, and `told` has them.
         Ok(Err(Failure::Told | Failure::Some)) => Answer::failed(Failure::Usage(told())),
         Ok(Err(failure)) => Answer::failed(failure),
         Err(_) => Answer::failed(Failure::Usage(batch::PANICKED.to_owned())),
@@ -103,7 +103,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
 
 /// The errors that the command has printed.
 fn told() -> String {
-    /// The most errors in an answer: more would fill it.
+    /// The largest number of errors in an answer. More errors would fill the answer.
     const MOST: usize = 3;
     let kept = report::kept();
     let mut words = kept.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");

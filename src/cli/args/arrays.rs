@@ -245,7 +245,7 @@ impl ArraysArgs {
             true => Ok(()),
             false => given.refuse(
                 &["map"],
-                "only a unit, an up axis or feet that are searched for come from the bones",
+                "the bones are only needed to infer the unit, the up axis or the feet",
             ),
         }
     }

@@ -43,12 +43,12 @@ impl BatchArgs {
     pub(crate) fn folder(&self) -> Result<Option<&Path>, Failure> {
         match self.out_dir.as_deref() {
             Some(output) if names_file(output) => Err(Failure::Usage(format!(
-                "{}: the outputs of several inputs need a folder; a folder with such a name ends in /",
+                "{}: several inputs need an output folder; end the name of a folder with /",
                 output.display()
             ))),
             Some(output) if names_source(output) => Err(Failure::Usage(format!(
-                "{}: files of this format are read, not written: the name of the output must end in {}; a folder with such \
-                 a name ends in /",
+                "{}: files of this format are read, not written: the name of the output must end in {}; end the \
+                 name of a folder with /",
                 output.display(),
                 OutputFormat::extensions()
             ))),

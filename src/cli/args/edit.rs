@@ -104,7 +104,7 @@ impl FromArgMatches for Steps {
 }
 
 fn parse_loop(text: &str) -> Result<EditStep, String> {
-    // Also with the `f` that a time needs.
+    // A frame number may also have the suffix `f`, as in other options.
     let frame = |frame: &str| frame.strip_suffix('f').unwrap_or(frame).parse::<usize>().ok();
     let frames = text
         .split_once("..")
@@ -143,7 +143,7 @@ fn question_of_lengths(text: &str) -> Option<String> {
 
 /// The names of the steps.
 pub(super) fn names_of_steps() -> String {
-    let mut text = "Steps (what they take: mocap edit --help):".to_owned();
+    let mut text = "Steps (mocap edit --help prints their options):".to_owned();
     let mut length = WIDTH;
     for step in EditStep::ALL {
         if length + 1 + step.name.len() > WIDTH {
@@ -156,7 +156,7 @@ pub(super) fn names_of_steps() -> String {
     text
 }
 
-/// The columns of a help.
+/// The width of the help, in columns.
 const WIDTH: usize = 100;
 
 /// The steps, with their help in a second column.

@@ -11,11 +11,11 @@ pub(crate) struct ArgumentSources {
     pub(crate) options: String,
     /// The long names of the options that the user wrote.
     pub(super) names: Vec<String>,
-    /// The largest error that the user wrote.
+    /// The largest allowed error, if the user wrote one.
     pub(super) max_error: Option<Length>,
 }
 
-/// The error in metres above which the command warns: 5 cm are visible in any motion of a body.
+/// The error in metres above which the command warns. An error of 5 cm is visible in any motion of a body.
 const LARGE_ERROR: f64 = 0.05;
 
 impl ArgumentSources {
@@ -32,7 +32,7 @@ impl ArgumentSources {
     pub(super) fn question_max_error(&self) {
         if let Some(length) = self.max_error.filter(|length| length.to_metres() > LARGE_ERROR) {
             report::caution(&format!(
-                "--max-error {length} accepts joints that are {} cm off; usual is 1mm",
+                "--max-error {length} allows an error of {} cm for each joint; a usual value is 1mm",
                 100.0 * length.to_metres()
             ));
         }

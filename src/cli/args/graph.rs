@@ -17,7 +17,7 @@ use crate::batch::inputs::InputArgs;
 pub(crate) struct GraphArgs {
     #[command(subcommand)]
     pub(crate) command: Option<GraphCommand>,
-    /// The motion files, folders and wildcards, all of one skeleton, or of humanoids with --character
+    /// The motion files, folders and wildcards. All motions must have one skeleton; with --character, any humanoids
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The graph to write: .json, or - for standard output
@@ -66,7 +66,7 @@ impl GraphArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum GraphCommand {
-    /// Write a motion along a walk over a graph
+    /// Write the motion of a walk through a graph
     Walk(WalkArgs),
 }
 

@@ -95,7 +95,7 @@ pub const GUIDES: &[Guide] = &[
             ("graph walk.bvh -o moves.json", "the transitions within a motion"),
             (
                 "graph walk.bvh -o wide.json --threshold 8cm",
-                "more transitions, less smooth",
+                "more transitions, which are less smooth",
             ),
         ],
     ),
@@ -150,7 +150,7 @@ pub const GUIDES: &[Guide] = &[
             ),
             (
                 "find moves.mdb --pose walk.bvh@0.5s --sheet found.png",
-                "poses, with a picture",
+                "similar poses, with a picture",
             ),
         ],
     ),
@@ -208,7 +208,7 @@ pub const GUIDES: &[Guide] = &[
             ("view walk.bvh -o walk.html", "a page; or open it without -o"),
             (
                 "view walk.bvh run.bvh -o both.html --character hero.glb",
-                "two on a character",
+                "two motions on a character",
             ),
         ],
     ),
@@ -225,7 +225,7 @@ pub const GUIDES: &[Guide] = &[
         &["json", "explain", "unit", "up", "map"],
         [
             ("skeleton walk.bvh --explain", "the reasons for the bone of each joint"),
-            ("skeleton walk.bvh --json > bones.json", "a map to correct, for --map"),
+            ("skeleton walk.bvh --json > bones.json", "bones to correct, for --map"),
         ],
     ),
     guide(
@@ -314,10 +314,10 @@ pub const GUIDES: &[Guide] = &[
         "pose",
         &["tick", "world", "loop", "json", "csv", "clip"],
         [
-            ("pose walk.bvh --tick 10", "each joint to its parent"),
+            ("pose walk.bvh --tick 10", "each joint relative to its parent"),
             (
                 "pose walk.bvh --tick 10 --world --csv > pose.csv",
-                "each joint to the world",
+                "each joint relative to the world",
             ),
         ],
     ),
@@ -375,7 +375,10 @@ pub const GUIDES: &[Guide] = &[
         &["robot", "json", "body", "map", "clip"],
         [
             ("robot walk.bvh --robot h1.urdf -o h1.npz", "a motion of the robot"),
-            ("score walk.bvh h1.npz --robot h1.urdf", "how near it is to the walk"),
+            (
+                "score walk.bvh h1.npz --robot h1.urdf",
+                "how closely it follows the walk",
+            ),
         ],
     ),
     guide(
@@ -409,8 +412,8 @@ pub const GUIDES: &[Guide] = &[
         "completions",
         &[],
         [
-            ("completions bash > mocap.bash", "source it in ~/.bashrc"),
-            ("completions zsh > _mocap", "put it into a folder of $fpath"),
+            ("completions bash > mocap.bash", "source this file in ~/.bashrc"),
+            ("completions zsh > _mocap", "put this file into a folder of $fpath"),
         ],
     ),
     guide(
@@ -426,7 +429,7 @@ pub const GUIDES: &[Guide] = &[
         &["root", "time-limit"],
         [
             ("mcp --root takes", "an agent may use this folder"),
-            ("mcp --root takes --time-limit 60", "each call has one minute"),
+            ("mcp --root takes --time-limit 60", "each call may take one minute"),
         ],
     ),
 ];

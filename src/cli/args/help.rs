@@ -21,7 +21,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "fk", "angles", "gait", "forces", "analog", "pack", "pose", "chain", "dump",
         ],
     ),
-    ("Prove", &["check", "survey", "verify", "score"]),
+    ("Check and compare", &["check", "survey", "verify", "score"]),
 ];
 
 /// The most used commands: `mocap -h` describes them.
@@ -122,7 +122,7 @@ fn grouped(command: Command) -> Command {
         format!("  {name:<width$}  {}\n", rest.join(", "))
     });
     let most_used = headed("Most used", &MOST_USED.map(lines_of).concat());
-    let rest = headed("Others, each with its own -h", &rest.collect::<String>());
+    let rest = headed("Other commands, each with its own -h", &rest.collect::<String>());
     let all = groups().map(|(name, commands)| {
         let lines = commands.iter().map(|command| lines_of(command));
         headed(name, &lines.collect::<String>())

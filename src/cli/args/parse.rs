@@ -47,7 +47,7 @@ impl Args {
         parsed.unwrap_or_else(|mut error| {
             if asks_for_job(&error) {
                 report::complain(
-                    "--print-job: only convert, edit, clean, retarget, robot, survey and graph are jobs; leave it out",
+                    "--print-job: only convert, edit, clean, retarget, robot, survey and graph have a job; omit --print-job",
                 );
                 std::process::exit(2);
             }
@@ -105,7 +105,8 @@ fn asks_for_job(error: &clap::Error) -> bool {
         && unknown.is_some_and(|argument| argument.to_string().starts_with("--print-job"))
 }
 
-/// A value as text. A file on whose contents an output depends is its SHA-256.
+/// A value as text. If the output depends on the contents of the file that the value names, the text is the SHA-256 of
+/// the file.
 fn text(id: &str, value: &OsStr) -> String {
     let is_file = ["map", "skeleton"].contains(&id);
     let hash = is_file.then(|| sha256(Path::new(value)).ok()).flatten();

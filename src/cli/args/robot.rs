@@ -42,7 +42,7 @@ pub(crate) struct RobotArgs {
     #[command(flatten)]
     target: RobotTarget,
     /// Write the reports of many motions to this .parquet file, one row for each motion. With --shard 1/8, x.parquet
-    /// becomes x.1-of-8.parquet. With several robots, each gets a table, such as x.g1.parquet for g1.urdf
+    /// becomes x.1-of-8.parquet. With several robots, each robot gets a table, such as x.g1.parquet for g1.urdf
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]

@@ -66,7 +66,7 @@ pub(crate) struct FindArgs {
     /// Largest number of results from one take: a clip and its near-duplicates are one take
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) per_clip: NonZeroUsize,
-    /// Skip results whose mirror image matches
+    /// Skip results of which only the mirror image matches
     #[arg(long)]
     pub(crate) no_mirror: bool,
     /// Search only clips that fulfil this condition on the columns of `mocap survey`, such as "walking > 0.5 and skate
@@ -102,7 +102,7 @@ pub(crate) struct MatchArgs {
     /// The character: a glTF, VRM, FBX or BVH file with the skeleton of a humanoid
     #[arg(long = "character", alias = "on", value_name = "TARGET")]
     pub(crate) on: PathBuf,
-    /// The file to write: the character with the motion; - is standard output. Or database.bin: writes also
+    /// The file to write: the character with the motion; - is standard output. For database.bin, mocap also writes
     /// features.bin to the same folder, for the controller of Holden's motion matching demo
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,

@@ -52,7 +52,7 @@ static ALL: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
         arrays(
             format.name(),
             format.extension(),
-            "the joints of a robot, which --body names",
+            "joints of a robot; --body names the robot",
         )
     });
     let mut all = WRITTEN.clone();

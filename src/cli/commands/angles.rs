@@ -40,11 +40,11 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
     print_report(&found, args.json, Place::Message)
 }
 
-/// The warning about a pelvis that does not face the laboratory's forward axis: tilt and list are about the
-/// laboratory's axes.
+/// The warning about a pelvis that does not face the laboratory's forward axis. Tilt and list are angles about the
+/// laboratory's axes, so they do not fit such a pelvis.
 fn faces_aside(angles: &JointAngles) -> Option<String> {
-    // At this angle from forward, tilt and list have swapped.
-    /// The angle in degrees from forward beyond which tilt and list have swapped: half a right angle.
+    /// The angle between the pelvis and the laboratory's forward axis above which the command warns, in degrees. At
+    /// twice this angle, tilt and list are exchanged.
     const ASIDE: f64 = 45.0;
     let column = angles.columns.iter().position(|name| name == "pelvis_rotation")?;
     let rows = angles.values.chunks_exact(angles.columns.len());
@@ -56,8 +56,9 @@ fn faces_aside(angles: &JointAngles) -> Option<String> {
     let side = if mean > 0.0 { "left" } else { "right" };
     (mean.abs() > ASIDE).then(|| {
         format!(
-            "on average, the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward. Its tilt and \
-             list are about axes of the laboratory; mocap edit --step turn:facing=z turns the motion",
+            "on average, the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward direction. \
+             Pelvic tilt and list are about axes of the laboratory, not of the walk. mocap edit --step turn:facing=z \
+             turns the motion to +Z",
             mean.abs()
         )
     })
@@ -69,7 +70,7 @@ pub(crate) struct GaitReport<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
-    /// The differences between the angles and the model outputs of the file.
+    /// The differences between the angles and the angles that a model stated in the file.
     beside_outputs: Vec<OutputDifference>,
 }
 
@@ -153,10 +154,10 @@ impl fmt::Display for GaitReport<'_> {
     }
 }
 
-/// The angles that are printed over the average stride. `--json` has all.
+/// The angles that are printed over the average stride. With `--json`, all angles are printed.
 const CYCLES: [&str; 3] = ["hip_flexion", "knee_angle", "ankle_angle"];
 
-/// The per cent between two printed values of a cycle.
+/// The step between two printed values of a stride, in per cent of the stride.
 const CYCLE_STEP: usize = 10;
 
 /// Prints the most used angles over the average stride.

@@ -39,7 +39,7 @@ enum Status {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct CheckFinding {
     severity: Severity,
-    /// The file with the error, if it is another file: the skeleton of a motion.
+    /// The file with the error, if it is not the checked file: the file with the skeleton of a motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
     line: Option<usize>,
@@ -84,7 +84,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
 /// The output of `--json`, as a list.
 pub(crate) fn result(args: &CheckArgs) -> Result<Vec<serde_json::Value>, Failure> {
     let inputs = inputs::find(&args.paths, &args.inputs)?;
-    let (found, _) = gather(&args.spread, &inputs, |input| Ok(check(args, input)))?;
+    let (found, _) = gather(&args.spread, &inputs, |input| Ok(check(args, input)), |_| Ok(()))?;
     let all = std::iter::zip(&inputs, found).map(|(input, found)| {
         found.unwrap_or_else(|panicked| {
             let error = Diagnostic::new(Code::Io, panicked).into();

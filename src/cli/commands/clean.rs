@@ -49,7 +49,7 @@ pub(crate) fn run(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failu
     }
 }
 
-/// The job of the arguments.
+/// The job that the arguments describe.
 pub(crate) fn job(args: &CleanArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     check(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))

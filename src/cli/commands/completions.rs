@@ -56,7 +56,7 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
     print_report(&ManualPages(vec![page]), args.json, Place::Data)
 }
 
-/// `mocap.1`, `mocap-convert.1` and so on.
+/// Writes the pages of a command and of its subcommands: `mocap.1`, `mocap-convert.1` and so on.
 fn write_pages(command: &Command, folder: &Path, pages: &mut Vec<ManualPage>) -> Result<(), Failure> {
     let man = Man::new(command.clone());
     let mut page = Vec::new();

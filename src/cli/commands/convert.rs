@@ -27,7 +27,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &ArgumentSources) -> Result<(), Fai
     one(args, given, &job, format)
 }
 
-/// The job of the arguments.
+/// The job that the arguments describe.
 pub(crate) fn job(args: &ConvertArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     job_and_format(args, given).map(|(job, _)| job)
 }
@@ -171,9 +171,10 @@ fn choice(smaller: &SizeOptions, row: Option<&FormatInfo>) -> Option<String> {
     let row = row?;
     match (smaller.compress, smaller.max_error) {
         (None, Some(_)) if !row.takes(WriteOption::Compress) => None,
-        (None, Some(_)) => {
-            Some("compress: int16, core glTF that all except Assimp read; --compress selects another".to_owned())
-        }
+        (None, Some(_)) => Some(
+            "compress: int16, core glTF that every program except Assimp reads; --compress selects another encoding"
+                .to_owned(),
+        ),
         (Some(kind), None) if kind != Compression::None => Some(format!(
             "max-error: {} mm, the default",
             verify::millimetres(smaller.tolerance())
@@ -195,7 +196,7 @@ fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &JobOutput, bytes
         output.display(),
     ));
     let row = OutputFormat::of(output).and_then(OutputFormat::row);
-    // For other formats, the notes have this message.
+    // If the format has no option `--compress`, the notes already have this message.
     let chooses = row.is_some_and(|row| row.takes(WriteOption::Compress));
     let (Some(achieved), Some(scene)) = (written.error.as_ref().filter(|_| chooses), scene) else {
         return Ok(());

@@ -30,9 +30,9 @@ pub(crate) struct DoctorReport {
 pub(crate) struct Requirement {
     name: &'static str,
     is_present: bool,
-    /// The commands or features that need it.
+    /// The commands or features that have this requirement.
     used_for: &'static str,
-    /// The remedy if it is missing.
+    /// The remedy if the requirement is missing.
     help: String,
 }
 
@@ -85,7 +85,7 @@ fn examine() -> DoctorReport {
             "terminal",
             io::stderr().is_terminal(),
             "progress bars and colours",
-            "run in a terminal; results are the same without one",
+            "run in a terminal; results are the same without a terminal",
         ),
     ];
     DoctorReport {

@@ -1,4 +1,4 @@
-//! `mocap dump`: prints the whole scene, in the layout of the graphics course or as JSON.
+//! `mocap dump`: prints the whole scene, in the layout of a computer graphics course or as JSON.
 
 use std::io::{self, BufWriter, Write};
 

@@ -28,7 +28,7 @@ pub(crate) fn run(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failur
     }
 }
 
-/// The job of the arguments.
+/// The job that the arguments describe.
 pub(crate) fn job(args: &EditArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     check_beside(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))

@@ -57,7 +57,7 @@ fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
     Ok((query.map_err(|error| error.with_path(file))?, scene))
 }
 
-/// The results, the best first.
+/// The results of a search, the best first.
 #[derive(Serialize)]
 #[serde(transparent)]
 struct MatchList<'a> {

@@ -122,7 +122,7 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
     }
 }
 
-/// For a file without a valid frame rate, the rate to write is also the file's rate.
+/// Imports the motion. If the file has no valid frame rate, the rate of the options counts as the rate of the file.
 fn import(args: &FkArgs) -> Result<Scene, mocap::Error> {
     let importer = || -> Importer { args.read.importer().skeleton_mesh(SkeletonMesh::None) };
     match (streams::import(&importer(), &args.input), args.arrays.fps) {

@@ -1,4 +1,4 @@
-//! `mocap graph`: the motion graph of many clips, and walks over it.
+//! `mocap graph`: builds the motion graph of many clips, and writes motions along paths of the graph (walks).
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &GraphArgs, given: &ArgumentSources) -> Result<(), Failu
     }
 }
 
-/// Compares the inputs of a job, which may be folders and wildcards.
+/// Builds the graph of a job. The inputs may be folders and wildcards.
 pub(super) fn of_job(job: GraphJob, args: &RunArgs) -> Result<(), Failure> {
     write(job, &args.inputs, args.json)
 }

@@ -25,6 +25,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     }
     super::check_json(args.json, &args.output)?;
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
+    inputs::refuse_missing(&inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     let output = args.spread.of_shard(&args.output);
     let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path)).force(args.force.force);
@@ -37,10 +38,11 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
         true => former(&output)?,
         false => FormerIndex::new(),
     };
-    let (files, counts) = gather(&args.spread, &inputs, |input| match unchanged(args, &former, input) {
+    let work = |input: &Input| match unchanged(args, &former, input) {
         Some(clips) => Ok(clips),
         None => of_file(args, input),
-    })?;
+    };
+    let (files, counts) = gather(&args.spread, &inputs, work, |_| Ok(()))?;
     let clips: Vec<IndexedClip> = files.into_iter().flatten().flatten().collect();
     if clips.is_empty() && !(inputs.is_empty() && args.inputs.allow_empty) {
         report::complain("no motion of a humanoid or of an animal on four legs was found: no database is written");

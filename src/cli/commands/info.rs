@@ -82,7 +82,7 @@ impl RobotJointView {
     }
 }
 
-/// The joints of the robot in a file, because a scene lacks their limits. Empty for other files and for standard input.
+/// The joints of the robot in a file, with the limits that a scene lacks. Empty for other files and for standard input.
 fn robot_joints(args: &InfoArgs, scene: &Scene) -> Result<Vec<RobotJointView>, Failure> {
     let is_robot = matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf));
     if !is_robot || streams::is_standard(&args.file) {
@@ -169,8 +169,8 @@ fn make_names_visible(scene: &mut Scene) {
     }
 }
 
-/// The text of a scene, fitted to the terminal. If the output is not a terminal, the text has the default width, and
-/// any length.
+/// The text of a scene, in the width and height of the terminal. If the output is not a terminal, the text has the
+/// default width and any number of lines.
 fn screen_of(name: &str, scene: &Scene) -> String {
     let is_terminal = io::stdout().is_terminal();
     let size = terminal_size::terminal_size().filter(|_| is_terminal);

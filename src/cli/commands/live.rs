@@ -52,7 +52,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     tell_lost(&packets);
     let counts = recorder.counts();
     if recorder.is_full() {
-        report::complain("the recording reached the limit of memory; the rest was dropped");
+        report::complain("the recording reached the memory limit; mocap dropped the later motion");
     }
     tell_left_out(&counts);
     let mut scene = recorder.scene()?;
@@ -78,7 +78,9 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
 pub(super) fn tell_lost(packets: &Packets) {
     let lost = packets.lost();
     if lost > 0 {
-        report::complain(&format!("{lost} packets were dropped, because they came too fast"));
+        report::complain(&format!(
+            "{lost} packets were lost, because they came faster than mocap reads them"
+        ));
     }
 }
 
@@ -94,7 +96,7 @@ fn heard(counts: &VmcCounts, packets: &Packets) -> HeardReport {
 fn tell_left_out(counts: &VmcCounts) {
     for (count, what) in [
         (counts.malformed, "packets or messages were malformed"),
-        (counts.others, "messages did not contain the body"),
+        (counts.others, "messages contained no bones of the body"),
     ] {
         if count > 0 {
             report::say(&format!("{count} {what}"));
@@ -113,7 +115,8 @@ fn clean(scene: &mut Scene) -> Result<(), Error> {
 pub(super) fn source_of(args: &PlayArgs) -> Result<Option<ListenAddress>, Failure> {
     let source = args.file.to_str().filter(|file| file.starts_with("vmc:"));
     if source.is_none() && args.delay.is_some() {
-        let message = "--delay is for a stream, such as vmc:39539: a file is cleaned before it is sent";
+        let message =
+            "--delay works only with a stream, such as vmc:39539: mocap cleans a file before it sends the first pose";
         return Err(Failure::Usage(message.to_owned()));
     }
     let parsed = source.map(|source| {
@@ -187,8 +190,9 @@ fn refuse_itself(source: ListenAddress, peer: SocketAddr) -> Result<(), Failure>
     let heard = source.0;
     let is_here = heard.ip() == peer.ip() || (heard.ip().is_unspecified() && peer.ip().is_loopback());
     if is_here && heard.port() == peer.port() {
-        let message =
-            format!("{peer} is also the source of the stream, and would send the result back: name another port");
+        let message = format!(
+            "mocap receives the stream at {peer}, and would receive its own result: name another port for the result"
+        );
         return Err(Failure::Usage(message));
     }
     Ok(())
@@ -197,7 +201,7 @@ fn refuse_itself(source: ListenAddress, peer: SocketAddr) -> Result<(), Failure>
 /// Forwards a stream without its noise, with a delay, until Ctrl-C.
 fn send_on(args: &PlayArgs, source: ListenAddress, peer: SocketAddr) -> Result<(), Failure> {
     if !args.clean || args.repeat || args.rate.is_some() {
-        let message = "a stream requires --clean to remove noise, and does not support --loop and --rate";
+        let message = "a live stream requires --clean, and does not support --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
     refuse_itself(source, peer)?;
@@ -206,7 +210,7 @@ fn send_on(args: &PlayArgs, source: ListenAddress, peer: SocketAddr) -> Result<(
     let output = sender(peer)?;
     let packets = Packets::of(source, over_at_a_signal()?, None)?;
     report::say(&format!(
-        "from {} to {}, {delay} s later; Ctrl-C ends it",
+        "receiving from {}, sending to {} {delay} s later; Ctrl-C ends the stream",
         packets.address(),
         peer
     ));
@@ -234,7 +238,7 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     let output = sender(peer.0)?;
     let packets = Packets::of(args.source, over_at_a_signal()?, None)?;
     report::say(&format!(
-        "from {} onto {} to {}; Ctrl-C ends it",
+        "receiving from {}, retargeting to {}, sending to {}; Ctrl-C ends the stream",
         packets.address(),
         args.onto.display(),
         peer.0
@@ -306,7 +310,7 @@ fn sender(to: SocketAddr) -> Result<UdpSocket, Error> {
 fn send(socket: &UdpSocket, to: SocketAddr, packets: &[Vec<u8>]) -> Result<(), Error> {
     for packet in packets {
         match socket.send_to(packet, to) {
-            // No program listens yet.
+            // No program listens at this address yet.
             Err(error) if error.kind() == ErrorKind::ConnectionRefused => {}
             Err(error) => return Err(of_socket(to, &error)),
             Ok(_) => {}

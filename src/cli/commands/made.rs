@@ -17,7 +17,7 @@ use crate::{Failure, kinds, streams};
 /// The receiver of the notices of a job.
 pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
-/// Options for checks of a written output, and for further files.
+/// The options that check a written output, or write a further file.
 const BESIDE: [&str; 6] = ["verify", "view", "contacts-file", "curves", "report", "resume"];
 
 /// The maker of a job, for one output or many.
@@ -80,7 +80,7 @@ pub(super) fn save(job: &MotionJob, given: &ArgumentSources) -> Result<(Maker<'s
     Ok((maker, made))
 }
 
-/// As [`save`], for a walk over a motion graph.
+/// Makes, reports and writes the output as [`save`] does, for a walk over a motion graph.
 pub(super) fn save_walk(job: &WalkJob, given: &ArgumentSources) -> Result<WalkReport, Failure> {
     let (motion, policy) = (job.motion().map_err(refused)?, job.policy());
     let mut hear = |said: Notice<'_>| Voice::Aloud.hear(said);
@@ -100,7 +100,7 @@ fn tell_and_write(
     streams::save(&made.written, output, &[], policy, given.is_dry_run())
 }
 
-/// Converts an error of a job: if the arguments are at fault and not a file, it is a usage error.
+/// Converts an error of a job to a usage error, if the arguments are at fault and not a file.
 pub(super) fn refused(error: Error) -> Failure {
     match (error.code(), error.path()) {
         (Code::InvalidValue | Code::UnknownFormat, None) => Failure::Usage(error.diagnostic().message.clone()),
@@ -125,11 +125,11 @@ pub(super) fn tell(written: &Export, output: &Path, voice: &mut Voice<'_>) {
         .for_each(|renamed| voice.say(&renamed.to_string()));
 }
 
-/// The number of dropped keys, and the resulting error of the file.
+/// The number of keys in the file, and the error of the file.
 pub(super) fn smaller(achieved: &Deviation) -> String {
     let (most, rms) = (millimetres(achieved.max_error), millimetres(achieved.rms_error));
     format!(
-        "{} keys, {most} mm at most, {rms} mm RMS; largest at \"{}\", frame {}",
+        "{} keys; error {most} mm at most, {rms} mm RMS; largest at \"{}\", frame {}",
         achieved.keys, achieved.joint, achieved.tick
     )
 }

@@ -62,7 +62,7 @@ pub(super) struct MotionBatch<'a> {
 impl MotionBatch<'_> {
     pub(super) fn run(self) -> Result<(), Failure> {
         let job = self.job;
-        // Many files keep all threads busy, with one thread per file.
+        // Each file gets one thread, because many files keep all threads busy.
         let maker = made::maker(job, self.given, &mut |said| Voice::Aloud.hear(said))?.threads(1);
         let many = folder::FileBatch {
             paths: &job.source.inputs,
@@ -98,16 +98,16 @@ fn extension(job: &MotionJob, maker: &Maker<'_>) -> String {
     own.unwrap_or("glb").to_ascii_lowercase()
 }
 
-/// The work on the motions of a job. Clips in which the figure stands determine the up axis of other clips of the
-/// skeleton.
+/// The work on the motions of a job. In some clips the figure stands, which determines the up axis. Other clips of the
+/// same skeleton get this axis.
 struct ClipGroup<'a> {
     job: &'a MotionJob,
     extension: String,
     is_dry_run: bool,
     maker: Maker<'static>,
-    /// All files by their relative path. `looked` is the maker after it has read all files, made on first use. Files
-    /// with one skeleton share bones and T-pose.
-    files: BTreeMap<String, PathBuf>,
+    /// All files by their relative paths, with the clip if each clip of the file is a separate input.
+    files: BTreeMap<String, (PathBuf, Option<usize>)>,
+    /// The maker after it has read all files, made on first use. Files with one skeleton share bones and T-pose.
     looked: OnceLock<Maker<'static>>,
     /// The up axes of skeletons, once standing clips have determined them.
     axes: Option<BTreeMap<String, UpAxis>>,
@@ -125,10 +125,14 @@ impl FileTask for ClipGroup<'_> {
         &self.extension
     }
 
+    fn clips(&self, file: &Path) -> Vec<(usize, String)> {
+        self.maker.separate_clips(file)
+    }
+
     fn inputs(&mut self, inputs: &[Input]) {
         self.files = inputs
             .iter()
-            .map(|input| (input.relative.clone(), input.path.clone()))
+            .map(|input| (input.relative.clone(), (input.path.clone(), input.clip)))
             .collect();
     }
 
@@ -137,11 +141,11 @@ impl FileTask for ClipGroup<'_> {
         Ok(())
     }
 
-    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<FileState, String> {
+    fn make(&self, input: &Input, output: &Output<'_>, record: &mut Record) -> Result<FileState, String> {
         let in_words = |error: mocap::Error| made::refused(error).into_words();
         output.check_ahead().map_err(in_words)?;
         let mut steps = Vec::new();
-        // For a plain conversion, the guessed unit and up axis have a separate field.
+        // The record of a plain conversion has the guessed unit and up axis in a separate field.
         let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();
         let (mut warnings, mut heard) = (Vec::new(), Vec::new());
         let mut hear = |said: Notice<'_>| match said {
@@ -153,14 +157,14 @@ impl FileTask for ClipGroup<'_> {
             }
             said => Voice::Kept(&mut warnings).hear(said),
         };
-        let made = self.motion(file, output, record, &mut hear);
+        let made = self.motion(input, output, record, &mut hear);
         let Some(made) = made.map_err(in_words)? else {
             return Ok(FileState::Waits);
         };
         record.warnings = warnings;
         self.note_loss(record, heard.iter().chain(&made.written.warnings));
         record.edit = (!steps.is_empty()).then(|| raw(&steps)).flatten();
-        self.save(file, made, output, record, keeps_notes)
+        self.save(input, made, output, record, keeps_notes)
     }
 
     fn is_complete(&self, former: &Record) -> bool {
@@ -180,18 +184,18 @@ impl FileTask for ClipGroup<'_> {
         self.job.verify && !self.is_dry_run && !former.verified
     }
 
-    fn verify(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<(), String> {
-        // If the format does not store its provenance, make the motion again to know it.
+    fn verify(&self, input: &Input, output: &Output<'_>, record: &mut Record) -> Result<(), String> {
+        // If the format does not store the provenance, make the motion again to know the provenance.
         let states_origin = self.maker.format().is_some_and(|row| row.states_origin);
         let scene = match states_origin {
             true => None,
             false => {
-                let made = self.motion(file, output, &mut record.clone(), &mut |_| {});
+                let made = self.motion(input, output, &mut record.clone(), &mut |_| {});
                 made.map_err(|error| made::refused(error).into_words())?
                     .and_then(|made| made.scene)
             }
         };
-        let verified = self.compare(file, scene, &output.path);
+        let verified = self.compare(input, scene, &output.path);
         record.verified = verified.is_ok();
         verified
     }
@@ -233,7 +237,7 @@ impl FileTask for ClipGroup<'_> {
             return;
         };
         if records.len() > rows + rows / 8 && table.write(path, records.values()).is_ok() {
-            // A write error now is reported at the end.
+            // If this write fails, the last write reports the error.
             self.rows.store(records.len(), Ordering::Relaxed);
         }
     }
@@ -251,7 +255,7 @@ impl FileTask for ClipGroup<'_> {
         }
         let what = match &self.job.target {
             Some(JobTarget::Robot(_)) => "motions are worse than --require allows",
-            _ => "clips are farther off than --max-angle allows",
+            _ => "clips have larger errors than --max-angle allows",
         };
         report::complain(&format!("{worse} of {} {what}", found.len()));
         Err(Failure::Told)
@@ -273,24 +277,24 @@ impl ClipGroup<'_> {
         let (file, loss) = losses.iter().next()?;
         let files = if losses.len() == 1 { "file" } else { "files" };
         Some(format!(
-            "data of {} {files} is not in the outputs, such as {file}: {loss}; the manifest lists everything",
+            "data of {} {files} is not in the outputs, such as {file}: {loss}; the manifest lists all lost data",
             losses.len()
         ))
     }
 
-    /// The doubts about a motion.
+    /// The results of a motion that are not good, each with the command that shows the motion.
     fn doubts(&self, record: &Record) -> Vec<String> {
         let target = self.job.target.as_ref();
         let found =
             target.and_then(|target| Some((target, reports_of(record, target)?, self.files.get(&record.input)?)));
-        let Some((target, reports, input)) = found else {
+        let Some((target, reports, (input, clip))) = found else {
             return Vec::new();
         };
         let output = record.output.as_ref().filter(|_| !self.is_dry_run);
         let output = output.map(|output| self.job.write.output.join(output));
         looks::of_motion(
             &reports,
-            input,
+            (input, *clip),
             output.as_deref(),
             (target, self.job.read.body.as_deref()),
         )
@@ -298,21 +302,26 @@ impl ClipGroup<'_> {
 
     fn looked(&self) -> &Maker<'static> {
         self.looked.get_or_init(|| {
-            self.maker
-                .clone()
-                .look_at(&Vec::from_iter(self.files.values().cloned()))
+            let mut files: Vec<PathBuf> = self.files.values().map(|(path, _)| path.clone()).collect();
+            // The clips of a file are successive inputs.
+            files.dedup();
+            self.maker.clone().look_at(&files)
         })
     }
 
     /// The outputs of a motion; `None` while it waits for other motions to determine its up axis.
     fn motion(
         &self,
-        file: &Path,
+        input: &Input,
         output: &Output<'_>,
         record: &mut Record,
         hear: &mut dyn FnMut(Notice<'_>),
     ) -> mocap::Result<Option<JobOutput>> {
-        let mut scene = self.maker.import(file, hear)?;
+        let file = input.path.as_path();
+        let mut scene = match input.clip {
+            Some(clip) => self.maker.clone().clip(clip).import(file, hear)?,
+            None => self.maker.import(file, hear)?,
+        };
         let skeleton = skeleton_hash(&scene);
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
         let of_others = self.axes.as_ref().and_then(|axes| axes.get(&skeleton)).copied();
@@ -342,7 +351,7 @@ impl ClipGroup<'_> {
     /// Writes an output, and compares it with its source if the job requests it.
     fn save(
         &self,
-        file: &Path,
+        input: &Input,
         mut made: JobOutput,
         output: &Output<'_>,
         record: &mut Record,
@@ -369,7 +378,7 @@ impl ClipGroup<'_> {
         if !self.job.verify || self.is_dry_run {
             return Ok(FileState::Done);
         }
-        let verified = self.compare(file, made.scene, &output.path);
+        let verified = self.compare(input, made.scene, &output.path);
         // The output is written, but may be wrong.
         record.output = Some(output.name.to_owned());
         record.verified = verified.is_ok();
@@ -377,9 +386,12 @@ impl ClipGroup<'_> {
     }
 
     /// Compares an output with its source, from which `scene` was made.
-    fn compare(&self, file: &Path, scene: Option<Scene>, output: &Path) -> Result<(), String> {
+    fn compare(&self, input: &Input, scene: Option<Scene>, output: &Path) -> Result<(), String> {
         let mut one = self.job.clone();
-        one.source.inputs = vec![file.to_owned()];
+        one.source.inputs = vec![input.path.clone()];
+        if let Some(clip) = input.clip {
+            one.read.clip = mocap::Clips::Index(clip);
+        }
         let verification = one.verify_output(scene, output).map_err(|error| error.to_string())?;
         let allowed = self.job.write.smaller.tolerance();
         match verification.is_within(allowed) {

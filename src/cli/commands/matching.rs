@@ -35,7 +35,7 @@ pub(crate) fn summary(args: &MatchArgs, given: &ArgumentSources) -> Result<serde
 /// Makes the output. Returns the motion of the figure, if it follows a path or a gamepad.
 fn made(args: &MatchArgs, given: &ArgumentSources) -> Result<Option<MatchOutcome>, Failure> {
     let (format, output) = match super::extension(&args.output).as_str() {
-        // Writes two files without a motion.
+        // A `.bin` output is two files without a motion.
         "bin" => (None, args.output.clone()),
         _ => {
             let (format, named) = written_format(args)?;
@@ -90,13 +90,14 @@ fn written_format(args: &MatchArgs) -> Result<(Format, PathBuf), Failure> {
 /// Writes the files of Holden's demo: the bones under the name of the output, and features.bin in the same folder.
 fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Result<(), Failure> {
     if !args.aim.is_nothing() || args.json {
-        let message = "a .bin has the frames of the database, not a motion: leave --path, --gamepad and --json \
-                       out";
+        let message = "a .bin output has the frames of the database, not a motion: omit --path, --gamepad \
+                       and --json";
         return Err(Failure::Usage(message.to_owned()));
     }
     let beside = args.output.with_file_name("features.bin");
     if beside == args.output {
-        let message = "features.bin is the second file: use another name for the first, such as database.bin";
+        let message =
+            "mocap writes features.bin as a second file: use another name for the output, such as database.bin";
         return Err(Failure::Usage(message.to_owned()));
     }
     policy.check(&beside)?;
@@ -106,7 +107,7 @@ fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Resul
     Ok(())
 }
 
-/// The motion of the figure.
+/// The motion of a figure that followed a path or a gamepad.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]

@@ -17,7 +17,7 @@ pub(super) fn begin(args: &OwnArgs, given: &ArgumentSources, job: MotionJob) -> 
     Ok(Some(job))
 }
 
-/// The job of the arguments; `job` makes it for the extension of the output.
+/// The job that the arguments describe. `job` makes this job for the extension of the output.
 pub(super) fn job(
     args: &OwnArgs,
     given: &ArgumentSources,

@@ -168,7 +168,7 @@ fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<()
         counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
     ));
     failures.sort_unstable();
-    // The manifest or the card lists them.
+    // Print only some of the failures. The manifest or the card lists all of them.
     failures.iter().take(20).for_each(|failure| report::say(failure));
     counts.verdict()
 }
@@ -257,7 +257,8 @@ impl Rows {
             Self::Long(clip, motion) => {
                 let velocities = motion.velocities.as_ref().map_or(0, Vec::len);
                 let floats = motion.positions.len() + motion.rotations.len() + velocities;
-                // Add two strings with their offsets, the frame and the time. A joint's name has about 8 bytes.
+                // Each row also has two strings with their offsets, a frame and a time. A joint's name has about 8
+                // bytes.
                 4 * floats + motion.rows() * (clip.len() + 8 + 4 + 4 + 4 + 8)
             }
         }
@@ -398,7 +399,7 @@ fn part_name(prefix: &str, number: u64) -> String {
     format!("{prefix}{number:05}.parquet")
 }
 
-/// The number in the name of a part, below the largest; `None` for a name that no run uses.
+/// The number in the name of a part. `None` for a name that no run uses.
 fn number(prefix: &str, output: &str) -> Option<u64> {
     let number: u32 = output.strip_prefix(prefix)?.strip_suffix(".parquet")?.parse().ok()?;
     (output == part_name(prefix, number.into())).then_some(number.into())

@@ -104,7 +104,7 @@ fn hear(socket: &UdpSocket, sender: &Sender<Packet>, shared: &Shared, is_over: &
             bytes: buffer[..length].to_vec(),
             seconds: begin.elapsed().as_secs_f64(),
         };
-        // The receiver has ended.
+        // Nobody receives the packets any more.
         if sender.send(packet).is_err() {
             return;
         }

@@ -73,7 +73,7 @@ fn stream(args: &PlayArgs, robot: &Path, source: ListenAddress) -> Result<(), Fa
     let robot = Importer::new().import_robot(robot)?;
     let mut cleaner = args.clean.then(|| VmcCleaner::new(live::delay(args))).transpose()?;
     let packets = Packets::of(source, over_at_a_signal()?, None)?;
-    report::say(&format!("listening on {}; Ctrl-C ends it", packets.address()));
+    report::say(&format!("listening on {}; Ctrl-C ends the stream", packets.address()));
     let (mut poses, mut on_robot): (_, Option<SmoothRobotStream>) = (VmcPoses::new(), None);
     let (mut last, mut frames) = (0.0, 0_usize);
     let mut hear = |packets: Vec<Vec<u8>>, seconds: f64| -> Result<(), Failure> {

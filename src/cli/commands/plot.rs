@@ -31,7 +31,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
 /// The most joint names in the message about an unknown name.
 const MOST_NAMES: usize = 60;
 
-/// The joints of these names.
+/// The joints of the scene with these names.
 pub(super) fn joints_named(scene: &Scene, names: &[String]) -> Result<Vec<NodeId>, Failure> {
     let find = |name: &String| {
         let index = scene.nodes.iter().position(|node| node.name == *name);

@@ -25,9 +25,9 @@ struct NodeView<'a> {
     name: &'a str,
     parent: Option<&'a str>,
     translation: [f32; 3],
-    /// x, y, z, w.
+    /// The quaternion: x, y, z, w.
     rotation: [f32; 4],
-    /// Row by row, as the graphics course prints matrices.
+    /// The 16 numbers of the matrix, row by row.
     matrix: [f32; 16],
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &ArgumentSources) -> Result<(), Fa
     }
 }
 
-/// The job of the arguments.
+/// The job that the arguments describe.
 pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     let (motions, file) = inputs(args)?;
     if streams::is_standard(&file) {
@@ -61,7 +61,8 @@ pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<Motion
     let to = args.to.as_deref();
     if args.is_many() {
         if args.onto.json {
-            let message = "--json prints the report of one output; for many, see the manifest in the folder";
+            let message =
+                "--json prints the report of one output; the manifest in the folder has the reports of many outputs";
             return Err(Failure::Usage(message.to_owned()));
         }
         let format = to.map_or_else(|| default_format(args, &file), ToOwned::to_owned);
@@ -69,7 +70,7 @@ pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<Motion
     }
     given.refuse(
         MANY,
-        "all motions are written to one file; -o FOLDER/ writes one file for each",
+        "all motions are written to one file; -o FOLDER/ writes one file for each motion",
     )?;
     check_json(args.onto.json, &args.output)?;
     let format = output_format(&args.output, to, &default_format(args, &file))?;

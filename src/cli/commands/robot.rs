@@ -51,7 +51,7 @@ fn on_several(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> 
     done
 }
 
-/// The job of the arguments.
+/// The job that the arguments describe.
 pub(crate) fn job(args: &RobotArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     if args.robot.len() > 1 {
         return Err(Failure::Usage(
@@ -74,7 +74,8 @@ pub(crate) fn job(args: &RobotArgs, given: &ArgumentSources) -> Result<MotionJob
 fn job_of_many(args: &RobotArgs) -> Result<MotionJob, Failure> {
     let folder = args.output.as_path();
     if args.onto.json {
-        let message = "--json prints the report of one motion; for many, see the manifest in the folder";
+        let message =
+            "--json prints the report of one motion; the manifest in the folder has the reports of many motions";
         return Err(Failure::Usage(message.to_owned()));
     }
     if named(&extension(folder)).is_some() && !folder.is_dir() {

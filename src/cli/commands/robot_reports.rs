@@ -34,7 +34,7 @@ impl Table<'_> {
         }
         let path = args.onto.spread.of_shard(path);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        // The output folder is created later.
+        // The output folder need not exist, because it is created later.
         if let Some(folder) = folder.filter(|folder| !folder.is_dir() && !args.output.starts_with(folder)) {
             let message = format!(
                 "{}: folder not found: {}; create it first",

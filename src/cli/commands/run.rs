@@ -21,11 +21,17 @@ pub(crate) fn run(args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure
     state_output(&mut job, args, given)?;
     match job {
         Job::Survey(job) => {
-            given.refuse(&["dry-run"], "a survey changes nothing")?;
+            given.refuse(
+                &["dry-run"],
+                "it is only for jobs that write motions, and this job makes a survey",
+            )?;
             super::survey::of_job(&job, args)
         }
         Job::Graph(job) => {
-            given.refuse(&["dry-run"], "a graph changes nothing")?;
+            given.refuse(
+                &["dry-run"],
+                "it is only for jobs that write motions, and this job makes a graph",
+            )?;
             super::graph::of_job(job, args)
         }
         Job::Motion(job) if job.write.is_folder() => {

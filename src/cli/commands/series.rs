@@ -1,4 +1,4 @@
-//! `mocap forces` and `mocap analog`: the other data of a C3D file besides markers, as time series.
+//! `mocap forces` and `mocap analog`: the data of a C3D file other than markers, as time series.
 
 use std::fmt;
 

@@ -25,7 +25,7 @@ pub(crate) fn write(drawing: &Drawing, args: &SheetArgs) -> Result<(), Failure> 
     write_drawing(drawing, &args.picture, &format)
 }
 
-/// The picture.
+/// Draws the poses of the files.
 pub(crate) fn drawing(args: &SheetArgs) -> Result<Drawing, Failure> {
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {

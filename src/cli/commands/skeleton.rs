@@ -40,10 +40,10 @@ pub(crate) struct SkeletonReport {
     asymmetry: Option<Guess<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     t_pose: Option<TPoseReport>,
-    /// The explanation of the guess. A map does not change it.
+    /// The explanation of the guessed bones. A map of the user does not change it.
     #[serde(skip_serializing_if = "Option::is_none")]
     explanation: Option<Explanation>,
-    /// Whether the text shows the explanation too.
+    /// Whether the text also shows the explanation.
     #[serde(skip)]
     is_explained: bool,
 }
@@ -70,7 +70,7 @@ struct RotationReport {
 }
 
 impl TPoseReport {
-    /// `sides` are the sides according to the names. The report names bones by them.
+    /// `sides` are the sides that the joint names state. The report names the bones with these sides.
     fn new(pose: &TPose, sides: Sides) -> Self {
         let as_named = |bone: HumanoidBone| {
             if sides == Sides::Opposite {
@@ -116,7 +116,7 @@ struct HumanoidReport {
     creature: Option<Creature>,
     bones: BTreeMap<HumanoidBone, BoneReport>,
     missing: Vec<HumanoidBone>,
-    /// Joints that follow another joint than their parent, each with that joint.
+    /// Joints that follow a joint other than their parent, each with the joint that it follows.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     follow: BTreeMap<String, String>,
 }
@@ -140,7 +140,7 @@ impl SkeletonReport {
                     .find(|unit| unit.metres() == metres)
                     .map_or_else(|| metres.to_string(), |unit| unit.as_str().to_owned()),
                 confidence: Confidence::Sure,
-                reason: "the file says so, or its format does".to_owned(),
+                reason: "the file or its format states it".to_owned(),
             },
             None => UnitReport {
                 metres: guess.value.metres(),
@@ -215,10 +215,10 @@ fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
     args.source.state(&mut scene);
     let mut found = SkeletonReport::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
     if args.source.metres_per_unit().is_some() {
-        found.unit.reason = "--unit says so".to_owned();
+        found.unit.reason = "--unit states it".to_owned();
     }
     if args.source.up().is_some() {
-        found.up.reason = "--up says so".to_owned();
+        found.up.reason = "--up states it".to_owned();
     }
     if args.explain {
         found.is_explained = true;
@@ -276,13 +276,17 @@ impl SkeletonReport {
                 } else {
                     format!(" in place of {}", gone.join(", "))
                 };
-                writeln!(f, "  second, {less:.2} less: {with}{instead}")?;
+                writeln!(f, "  second choice, log-likelihood lower by {less:.2}: {with}{instead}")?;
             }
         }
         match &explanation.second {
             Some((limbs, score)) => {
                 let less = explanation.log_likelihood - score;
-                writeln!(f, "\nsecond choice of limbs, {less:.2} less: {}", shown(limbs))?;
+                writeln!(
+                    f,
+                    "\nsecond choice of limbs, log-likelihood lower by {less:.2}: {}",
+                    shown(limbs)
+                )?;
             }
             None => writeln!(f, "\nno second choice of limbs")?,
         }

@@ -16,10 +16,13 @@ use crate::args::{RunArgs, SurveyArgs};
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input, InputArgs};
+use crate::batch::journal::Journal;
 use crate::batch::progress::Counts;
 use crate::batch::spread::SpreadArgs;
 use crate::{Failure, report, streams};
 
+/// The clips of an earlier run, by file.
+type Former = HashMap<String, Vec<ClipRecord>>;
 /// Files to write, with their bytes.
 type Outputs = Vec<(PathBuf, Vec<u8>)>;
 
@@ -52,7 +55,7 @@ pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
     })
 }
 
-/// A requested survey.
+/// A survey to make, with the options of its command.
 struct SurveyTask<'a> {
     job: &'a SurveyJob,
     resume: bool,
@@ -69,20 +72,30 @@ impl SurveyTask<'_> {
 
     fn inputs(&self) -> Result<Vec<Input>, Failure> {
         let mut inputs = inputs::find(&self.job.source.inputs, self.inputs)?;
+        inputs::refuse_missing(&inputs)?;
         inputs.retain(|input| self.spread.shard.is_none_or(|shard| shard.has(input)));
         Ok(inputs)
     }
 
-    fn corpus(&self, inputs: &[Input], former: &HashMap<String, Vec<ClipRecord>>) -> Result<(Corpus, Counts), Failure> {
+    /// Examines the inputs. Keeps the rows of an earlier run, and adds the others to the journal.
+    fn corpus(
+        &self,
+        inputs: &[Input],
+        former: &Former,
+        mut journal: Option<&mut Journal>,
+    ) -> Result<(Corpus, Counts), Failure> {
         let surveying = &self.job.survey;
-        // Wrong options are reported before any file is read.
-        surveying.thresholds()?;
-        let (files, counts) = gather(self.spread, inputs, |input| match unchanged(former, input) {
-            Some(clips) => Ok(clips),
-            None => surveying.examine(&self.job.read, input.path()?),
-        })?;
+        let work = |input: &Input| match unchanged(former, input) {
+            Some(clips) => Ok((clips, false)),
+            None => Ok((surveying.examine(&self.job.read, input.path()?)?, true)),
+        };
+        let keep = |(clips, is_new): &(Vec<ClipRecord>, bool)| match (&mut journal, is_new) {
+            (Some(journal), true) => journal.add(clips),
+            _ => Ok(()),
+        };
+        let (files, counts) = gather(self.spread, inputs, work, keep)?;
         let clips = std::iter::zip(inputs, files).flat_map(|(input, found)| match found {
-            Ok(found) => found,
+            Ok((found, _)) => found,
             Err(error) => vec![ClipRow::unreadable(&input.path.to_string_lossy(), &error).into()],
         });
         Ok((surveying.judge(clips.collect())?, counts))
@@ -97,12 +110,14 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
     let inputs = work.inputs()?;
     let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
     let mut policy = ReplacePolicy::new(sources).force(work.job.write.force);
-    let mut known = HashMap::new();
+    let mut known = Former::new();
     if let (Some(output), true) = (&output, work.resume) {
         known = former(output)?;
-        // The new table contains the rows of this one, also where a user changed them.
+        // The new table contains the rows of the old table, even rows that a user has changed.
         policy = policy.outputs([output]);
     }
+    // Wrong options are reported before any file is read or written.
+    surveying.thresholds()?;
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
         policy.check_ahead(output)?;
     }
@@ -114,13 +129,20 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
     for (path, warnings) in SurveyOptions::unmatched_patterns(inputs.iter().map(|input| input.path.as_path())) {
         report::warnings(Some(&path), &warnings);
     }
-    let (corpus, counts) = work.corpus(&inputs, &known)?;
+    let mut journal = None;
+    if let Some(output) = output.as_deref().filter(|output| is_record(output)) {
+        let (opened, clips) = Journal::open(output, work.resume)?;
+        journal = Some(opened);
+        known.extend(by_file(clips));
+    }
+    let (corpus, counts) = work.corpus(&inputs, &known, journal.as_mut())?;
     surveying.doubts(&corpus).iter().for_each(|doubt| report::say(doubt));
     let mut made = surveying.beside(&work.job.read, &corpus)?;
     if let (Some(output), Some(format)) = (&output, format) {
         made.push((output.clone(), corpus.to_format(&format)?));
     }
     streams::write_all(&made, &policy)?;
+    journal.map_or(Ok(()), Journal::finish)?;
     for (path, _) in &made {
         let clips = report::counted(corpus.rows().len(), "clip");
         report::say(&format!("{}: {clips}", path.display()));
@@ -157,7 +179,8 @@ pub(crate) fn made(job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> 
         spread,
     };
     let format = work.output().map(|output| format_of(&output, None)).transpose()?;
-    let (corpus, _) = work.corpus(&work.inputs()?, &HashMap::new())?;
+    job.survey.thresholds()?;
+    let (corpus, _) = work.corpus(&work.inputs()?, &Former::new(), None)?;
     let mut outputs = job.survey.beside(&job.read, &corpus)?;
     if let (Some(output), Some(format)) = (work.output(), format) {
         outputs.push((output, corpus.to_format(&format)?));
@@ -179,25 +202,37 @@ fn format_of(output: &Path, to: Option<&str>) -> Result<String, Failure> {
     }
 }
 
-/// The clips of an earlier run, by file.
-fn former(output: &Path) -> Result<HashMap<String, Vec<ClipRecord>>, Failure> {
-    if super::extension(output) != "jsonl" {
+/// Whether the output is a table that can be read again.
+fn is_record(output: &Path) -> bool {
+    super::extension(output) == "jsonl" && !streams::is_standard(output)
+}
+
+/// The clips of an earlier run.
+fn former(output: &Path) -> Result<Former, Failure> {
+    if !is_record(output) {
         return Err(Failure::Usage(format!(
             "{}: --resume needs a .jsonl output; for .parquet and .csv, survey that .jsonl file",
             output.display()
         )));
     }
-    let mut files = HashMap::<String, Vec<ClipRecord>>::new();
-    if output.is_file() {
-        for clip in SurveyOptions::default().examine(&InputOptions::default(), output)? {
-            files.entry(clip.row.file.clone()).or_default().push(clip);
-        }
+    match output.is_file() {
+        true => Ok(by_file(
+            SurveyOptions::default().examine(&InputOptions::default(), output)?,
+        )),
+        false => Ok(Former::new()),
     }
-    Ok(files)
+}
+
+fn by_file(clips: Vec<ClipRecord>) -> Former {
+    let mut files = Former::new();
+    for clip in clips {
+        files.entry(clip.row.file.clone()).or_default().push(clip);
+    }
+    files
 }
 
 /// The clips that an earlier run found in a file, if the file is unchanged and the record has all of its clips.
-fn unchanged(former: &HashMap<String, Vec<ClipRecord>>, input: &Input) -> Option<Vec<ClipRecord>> {
+fn unchanged(former: &Former, input: &Input) -> Option<Vec<ClipRecord>> {
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;
     let is_same = |clip: &ClipRecord| clip.row.error.is_none() && clip.row.sha256 == sha256;
@@ -224,7 +259,7 @@ impl fmt::Display for SurveyReport<'_> {
         }
         let rows = || self.rows.iter().copied();
         let count = |verdict| rows().filter(|row| row.verdict == verdict).count();
-        // An empty sum is -0.
+        // The sum of no numbers is -0. Adding 0 makes it 0.
         let seconds = 0.0 + rows().map(|row| row.seconds).sum::<f64>();
         writeln!(
             f,
@@ -278,7 +313,7 @@ impl SurveyReport<'_> {
             write!(f, " ({})", reasons.join(", "))?;
         }
         writeln!(f)?;
-        // Copies with the same bytes look alike.
+        // Copies with the same bytes look alike, so do not show them.
         let is_copy = |row: &ClipRow| row.twin_reason.as_deref() == Some("bytes");
         let (copies, others): (Vec<&ClipRow>, Vec<&ClipRow>) = twins.into_iter().partition(|row| is_copy(row));
         for row in others.into_iter().chain(copies).take(TWINS) {
@@ -307,7 +342,7 @@ fn reasons_of(row: &ClipRow) -> String {
     reasons.collect::<Vec<_>>().join(", ")
 }
 
-/// A number with at most three digits, as far as these are not before the point.
+/// A number with three digits at most. Only digits after the point are rounded away.
 fn rounded(amount: f64) -> String {
     match amount.abs() {
         ..10.0 => format!("{}", (amount * 100.0).round() / 100.0),
@@ -339,7 +374,7 @@ fn counts<'a>(words: impl Iterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
     counts
 }
 
-/// A path for a shell.
+/// A path, quoted for a shell.
 fn quoted(file: &str) -> String {
     match file.contains(|c: char| c.is_whitespace() || "\"'$&();<>|*?`\\".contains(c)) {
         true => format!("'{}'", file.replace('\'', "'\\''")),

@@ -93,7 +93,7 @@ pub(crate) fn require(verification: &Verification, max_allowed: f64) -> Result<(
     Err(Failure::Told)
 }
 
-/// The first difference.
+/// The first difference between the file and its source, in words.
 pub(crate) fn difference(verification: &Verification, max_allowed: f64) -> String {
     if let Some(finding) = verification.findings.first() {
         return format!("the file differs from its source: {finding}");

@@ -308,7 +308,7 @@ fn read(args: &ViewArgs, file: &Path) -> Result<PageFile, mocap::Error> {
     Ok(PageFile { source, ..read })
 }
 
-/// The bytes of a BVH file that is small enough for a page. Without them, the page has no button for the file.
+/// The bytes of a BVH file that is small enough for a page. Without these bytes, the page has no button for the file.
 fn source_of(scene: &Scene, file: &Path) -> Option<Vec<u8>> {
     let length = std::fs::metadata(file).ok()?.len();
     let is_small = scene.metadata.format == Some(Format::Bvh) && length <= LARGEST_SOURCE;
@@ -332,7 +332,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
                 .gltf_meshes(true)
                 .morph_targets(true);
             let mut scene = importer.import(file)?;
-            // The character needs no motion.
+            // A character needs no motion, so drop this warning.
             scene.warnings.retain(|warning| warning.code != Code::NoMotion);
             report::warnings(Some(file), &scene.warnings);
             (short_name(file), file, Target::from(scene))
@@ -358,7 +358,7 @@ fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, 
     }
     let mut retargeting = body.retargeting.clone();
     let mut scene = source.scene.clone();
-    // Other motions are not shown.
+    // Only the first motion is shown.
     scene.animations.truncate(1);
     if let Target::Robot(_) = retargeting.target() {
         source.leave_out_rest_pose()?;
@@ -383,7 +383,8 @@ fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, 
     };
     let limb_angles = retargeting.limb_angles(0);
     let mut read = PageFile::new(name, scene, figure)?;
-    // The downloaded file only has the links, as `mocap robot` writes them. The picture also has their meshes.
+    // The downloaded file only has the links, as `mocap robot` writes them. The picture also has the meshes of the
+    // links.
     if let Target::Robot(robot) = retargeting.target() {
         add_links(robot, &mut read.scene);
     }
@@ -434,7 +435,7 @@ fn compare(source: &mut PageFile, target: &PageFile) -> mocap::Result<Option<Vec
     Ok(Some(retargeter.limb_angles(&source.scene, from, &target.scene, to)))
 }
 
-/// In metres with +Y up.
+/// The scene as GLB, in metres with +Y up.
 fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     let mut in_metres = scene.clone();
     Conversion::new().apply_to(&mut in_metres, figure)?;

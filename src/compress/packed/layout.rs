@@ -8,28 +8,30 @@ pub(super) const MAGIC: [u8; 4] = *b"MCLP";
 pub(super) const VERSION: u16 = 1;
 pub(super) const VERSION_WITH_REST: u16 = 2;
 
-/// The bytes of a node in the table of nodes, by `docs/packed-clip.md`.
+/// The size of an entry in the table of nodes, in bytes: see `docs/packed-clip.md`.
 pub(super) const NODE: usize = 5;
 
-/// The bytes of a rotation track in its table, by `docs/packed-clip.md`.
+/// The size of an entry in the table of rotation tracks, in bytes: see `docs/packed-clip.md`.
 pub(super) const ROTATION: usize = 2 + 6 + 6 + 6;
 
-/// The bytes of a translation track in its table, by `docs/packed-clip.md`.
+/// The size of an entry in the table of translation tracks, in bytes: see `docs/packed-clip.md`.
 pub(super) const TRANSLATION: usize = 4 + 12 + 12 + 6;
 /// The parent value of a node without a parent.
 pub(super) const NO_PARENT: u16 = u16::MAX;
-/// The allowed numbers of frames of a block, as powers of two.
+/// The allowed binary logarithms of the number of frames in a block: 16 to 256 frames.
 pub(super) const LOG2_BLOCK_FRAMES: std::ops::RangeInclusive<u32> = 4..=8;
-/// If not every frame has a key, frames with a number divisible by this one have a key.
+/// A frame has a key if its number is divisible by this number.
 pub(super) const MUST_HAVE_KEY: usize = 64;
 /// The largest number of frames in the key mask of a block.
 pub(super) const MAX_BLOCK_FRAMES: usize = 256;
 
-/// Flags of the file: each frame has its own tick; every frame has a key.
+/// The flag of a file in which each frame states its own tick.
 pub(super) const HAS_TICKS: u32 = 1;
+/// The flag of a file in which every frame has a key.
 pub(super) const ALL_KEYS: u32 = 2;
 
-/// Flags of a node: which components move, and which differ from the identity.
+/// Flags of a node. `ROTATES` and `TRANSLATES` mark a component with a track. `ROTATION`, `TRANSLATION` and `SCALE`
+/// mark a component that differs from the identity.
 pub(super) mod node {
     pub(in super::super) const ROTATES: u8 = 1;
     pub(in super::super) const TRANSLATES: u8 = 2;
@@ -37,40 +39,44 @@ pub(super) mod node {
     pub(in super::super) const TRANSLATION: u8 = 8;
     pub(in super::super) const SCALE: u8 = 16;
     pub(in super::super) const END_SITE: u8 = 32;
-    /// A component that is constant in the motion and differs in the rest pose.
+    /// Marks a rotation that is constant in the motion and differs in the rest pose. `REST_TRANSLATION` does so for a
+    /// translation.
     pub(in super::super) const REST_ROTATION: u8 = 64;
     pub(in super::super) const REST_TRANSLATION: u8 = 128;
-    /// The flags of version 1.
+    /// All flags that exist in version 1.
     pub(in super::super) const FIRST: u8 = 63;
 }
 
-/// The kind of a rotation track in a block whose keys drop different components. A smaller kind is the dropped
-/// component.
+/// The kind of a rotation track in a block whose keys drop different components. The smaller kinds, 0 to 3, are the
+/// component that all keys of the block drop.
 pub(super) const MIXED: u32 = 4;
-/// Bits of a rotation track's kind in a block. Other constants are the bits of component widths, for rotations and
-/// translations.
+/// The number of bits for the kind of a rotation track in a block.
 pub(super) const KIND_BITS: u32 = 3;
+/// The number of bits for the width of a rotation's component.
 pub(super) const ROTATION_WIDTH_BITS: u32 = 4;
+/// The number of bits for the width of a translation's component.
 pub(super) const TRANSLATION_WIDTH_BITS: u32 = 5;
-/// Bits of the dropped component of a key of kind [`MIXED`].
+/// The number of bits for the dropped component in a key of kind [`MIXED`].
 pub(super) const DROPPED_BITS: u32 = 2;
-/// The largest number of bits of a component, for a rotation and for a translation.
+/// The largest number of bits of a rotation's component in a key.
 pub(super) const MAX_ROTATION_BITS: u32 = 16;
+/// The largest number of bits of a translation's component in a key.
 pub(super) const MAX_TRANSLATION_BITS: u32 = 24;
 
-/// The code for the width of a rotation's component. Width 15 is never used: such components take 16 bits.
+/// The code for the width of a rotation's component. Code 15 means 16 bits, because no component has 15 bits.
 pub(super) fn rotation_width_code(width: u32) -> u32 {
     width.min(15)
 }
 
-/// The lines of a track's three components. Each line is a number at the first frame of a block and a rise over the
-/// whole block.
+/// How the block headers store the lines of a track's three components. A line is a number at the first frame of a
+/// block, and a rise over the whole block.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
-    /// The smallest number and the smallest rise of any block.
+    /// The smallest number in any block, for each component. `least_rise` has the smallest rises.
     pub(super) least: [i32; 3],
     pub(super) least_rise: [i32; 3],
-    /// Bits for the excess over the smallest.
+    /// The bits of the difference between a block's number and `least`, for each component. `rise_bits` is the same for
+    /// rises.
     pub(super) bits: [u8; 3],
     pub(super) rise_bits: [u8; 3],
     /// The sum of `bits`.
@@ -78,7 +84,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// Bits in a block header.
+    /// The number of bits of the three lines in a block header.
     pub(super) fn header_bits(&self) -> u32 {
         self.bits
             .iter()
@@ -92,7 +98,7 @@ impl Lines {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RotationTrack {
     pub(super) node: u32,
-    /// The position of its header among the headers of a block, in bits.
+    /// The position of the track's header among the headers of a block, in bits.
     pub(super) header: u32,
     /// The step of the lattice.
     pub(super) step: f32,
@@ -117,12 +123,12 @@ pub(super) struct RotationBlock {
 }
 
 impl RotationTrack {
-    /// Bits of its header in a block.
+    /// The bits of the track's header in a block.
     pub(super) fn header_bits(lines: &Lines) -> u32 {
         KIND_BITS + 3 * ROTATION_WIDTH_BITS + lines.header_bits()
     }
 
-    /// Reads its header in the block whose headers start at bit `headers`.
+    /// Reads the track's header in the block whose headers start at bit `headers`.
     #[inline(always)]
     pub(super) fn in_block(&self, bytes: &[u8], headers: usize) -> RotationBlock {
         let at = headers + self.header as usize;
@@ -153,7 +159,7 @@ impl RotationTrack {
 }
 
 impl RotationBlock {
-    /// Bits of a key.
+    /// The number of bits of this track in a key.
     #[inline(always)]
     pub(super) fn key_bits(&self) -> u32 {
         let dropped = if self.kind >= MIXED { DROPPED_BITS } else { 0 };
@@ -169,12 +175,12 @@ pub(super) struct TranslationBlock {
 }
 
 impl TranslationTrack {
-    /// Bits of its header in a block.
+    /// The bits of the track's header in a block.
     pub(super) fn header_bits(lines: &Lines) -> u32 {
         3 * TRANSLATION_WIDTH_BITS + lines.header_bits()
     }
 
-    /// Reads its header in the block whose headers start at bit `headers`.
+    /// Reads the track's header in the block whose headers start at bit `headers`.
     #[inline(always)]
     pub(super) fn in_block(&self, bytes: &[u8], headers: usize) -> TranslationBlock {
         let mut at = headers + self.header as usize;
@@ -202,7 +208,7 @@ impl TranslationTrack {
 }
 
 impl TranslationBlock {
-    /// Bits of a key.
+    /// The number of bits of this track in a key.
     #[inline(always)]
     pub(super) fn key_bits(&self) -> u32 {
         self.widths[0] + self.widths[1] + self.widths[2]

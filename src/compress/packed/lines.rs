@@ -22,11 +22,11 @@ pub(super) struct AxisBlock {
     pub(super) width: u32,
 }
 
-/// The largest rise to try, so that its product with a frame fits into 32 bits.
+/// The largest rise that is tried. Its product with a frame of a block fits into 32 bits.
 pub(super) const MAX_RISE: i64 = 1 << 21;
 
 impl AxisLines {
-    /// Fits lines with or without rises, whichever takes fewer bits. A key has at most `most` bits.
+    /// Fits lines with or without rises, whichever takes fewer bits. A component of a key has at most `most` bits.
     pub(super) fn fit(values: &[i32], key_frames: &[u32], blocks: &[Range<usize>], log2: u32, most: u32) -> Self {
         let block_bits = |lines: &Self| {
             let keys = std::iter::zip(blocks, &lines.blocks).map(|(keys, line)| keys.len() * line.width as usize);
@@ -81,7 +81,8 @@ impl AxisLines {
     }
 }
 
-/// The line with a given rise below all `values`. `offsets` are their frames, relative to the first frame of the block.
+/// The highest line with this `rise` that is nowhere above `values`. `offsets` are the frames of the values, relative
+/// to the first frame of the block.
 pub(super) fn line(values: &[i32], offsets: &[i32], rise: i32, log2: u32) -> AxisBlock {
     let above = |key: usize| {
         let offset = if rise == 0 { 0 } else { offsets[key] };

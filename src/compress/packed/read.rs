@@ -123,7 +123,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     let log2 = u32::from(reader.u16()?);
     if !LOG2_BLOCK_FRAMES.contains(&log2) {
         return Err(expected_found(
-            "blocks have from 2^4 to 2^8 frames",
+            "blocks must have 2^4 to 2^8 frames: the exponent in the header is wrong",
             "4 to 8",
             log2.to_string(),
         ));
@@ -164,7 +164,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
             let tick = reader.f64()?;
             let last = std::mem::replace(&mut last_tick, tick);
             if frame == 0 && tick != 0.0 {
-                return Err(expected_found("the first frame has a different tick", "0", tick));
+                return Err(expected_found("the tick of the first frame is wrong", "0", tick));
             }
             if frame > 0 && tick <= last {
                 return Err(invalid(format!(
@@ -176,7 +176,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     if !(last_tick..last_tick + 1.0).contains(&duration) {
         return Err(expected_found(
             "the duration does not match the frames",
-            format!("from {last_tick} to less than a tick more"),
+            format!("at least {last_tick}, and less than 1 above it"),
             duration,
         ));
     }
@@ -208,8 +208,8 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     Ok(clip)
 }
 
-/// The nodes, their transforms without motion, their rest transforms that differ, and the lists of rotating and
-/// translating nodes.
+/// The contents of the table of nodes. `rest` has the constant transforms; `at_rest` has the transforms of the rest
+/// pose that differ from them. `driven` lists the rotating nodes, and the translating nodes.
 struct Nodes {
     nodes: Vec<ClipNode>,
     rest: Vec<Trs>,
@@ -288,7 +288,8 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize, known: u
     })
 }
 
-/// Whether a node with this parent may follow `nodes`: the parent is the last of them or an ancestor of it.
+/// Whether a node with this parent may follow `nodes`. The parent must be the last of `nodes`, or an ancestor of the
+/// last.
 fn is_depth_first(nodes: &[ClipNode], parent: Option<u16>) -> bool {
     let Some(parent) = parent.map(usize::from) else {
         return nodes.is_empty();
@@ -376,7 +377,7 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
     let offset = |block: usize| lowest(bits_at(bytes, 8 * (clip.table + 4 * block)), 32) as usize;
     if offset(0) != 0 || offset(blocks) != after {
         return Err(expected_found(
-            "the blocks do not fill the file",
+            "the length of the blocks does not match the length of the file",
             format!("{after} bytes"),
             offset(blocks).to_string(),
         ));
@@ -386,11 +387,11 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
         let (start, length) = (clip.block_start(block), offset(block + 1).checked_sub(offset(block)));
         let length = length
             .filter(|_| offset(block + 1) <= after)
-            .ok_or_else(|| at_block("it ends before it starts, or beyond the file"))?;
+            .ok_or_else(|| at_block("the block ends before its start, or beyond the file"))?;
         let log2 = clip.log2_block_frames;
         let frames = (clip.frames - (block << log2)).min(1 << log2);
         if length < 4 + clip.mask_bytes {
-            return Err(at_block("it is too short"));
+            return Err(at_block("the block is too short"));
         }
         let keys = if clip.mask_bytes == 0 {
             frames
@@ -401,8 +402,7 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
                 let possible = if of_word >= 64 { u64::MAX } else { (1 << of_word) - 1 };
                 if keys & !possible != 0 || (of_word > 0 && keys & 1 == 0) {
                     return Err(at_block(
-                        "a frame beyond the end has a key, or a frame whose number is divisible by 64 \
-                        has none",
+                        "a frame beyond the end has a key, or a frame whose number is divisible by 64 has no key",
                     ));
                 }
             }
@@ -415,7 +415,7 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
         let headers = 8 * (start + 4 + clip.mask_bytes);
         let stated = lowest(bits_at(bytes, 8 * start), 32) as usize;
         if (clip.header_bits + keys.saturating_mul(stated)).div_ceil(8) != length - 4 - clip.mask_bytes {
-            return Err(at_block("its length differs from its keys"));
+            return Err(at_block("its length does not match its number of keys"));
         }
         let mut key_bits = 0;
         for track in &clip.rotations {
@@ -433,7 +433,9 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
             key_bits += track.key_bits();
         }
         if key_bits as usize != stated {
-            return Err(at_block("the widths of its tracks differ from the stated widths"));
+            return Err(at_block(
+                "the bits of its tracks do not add up to the stated bits of a key",
+            ));
         }
     }
     Ok(())

@@ -12,7 +12,7 @@ use super::layout::{DROPPED_BITS, MAX_BLOCK_FRAMES, MIXED, RotationBlock, Transl
 /// The 64-bit words of a block's key mask.
 type Mask = [u64; MAX_BLOCK_FRAMES / 64];
 
-/// One key frame.
+/// The position of one key frame in the file.
 #[derive(Clone, Copy)]
 struct Key {
     block: usize,
@@ -35,7 +35,7 @@ impl PackedClip<'_> {
         if self.rotations.is_empty() && self.translations.is_empty() {
             return;
         }
-        // NaN also becomes the first tick.
+        // `max` also turns NaN into the first tick.
         let tick = tick.max(self.tick_of(0));
         let [mut from, mut to] = self.keys_around(tick);
         let alpha = self.alpha(tick, from.frame, to.frame);
@@ -49,7 +49,7 @@ impl PackedClip<'_> {
         }
     }
 
-    /// A translation of a key, in steps. Advances the key.
+    /// Reads the translation of `track` from a key, in steps. Moves the position of the key to the next track.
     fn translation(&self, track: &TranslationTrack, key: &mut Key) -> Vec3 {
         let block = track.in_block(&self.bytes, key.headers);
         let mut value = Vec3::ZERO;
@@ -135,7 +135,7 @@ impl PackedClip<'_> {
         }
     }
 
-    /// The position of a block.
+    /// The byte position of a block.
     pub(super) fn block_start(&self, block: usize) -> usize {
         self.blocks + lowest(bits_at(&self.bytes, 8 * (self.table + 4 * block)), 32) as usize
     }
@@ -150,11 +150,12 @@ impl PackedClip<'_> {
     }
 }
 
-/// The last key of a block at or before a frame, its frame, and the frame of the next key in the block.
+/// The index of the last key at or before a frame, the frame of this key, and the frame of the next key. All frames are
+/// relative to the block of the `mask`.
 pub fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
     let (word, bit) = (frame / 64, frame % 64);
     let not_after = mask[word] & (u64::MAX >> (63 - bit));
-    // Every word starts with a key.
+    // The first bit of every word is set: every 64th frame has a key.
     let offset = 64 * word + 63 - (not_after | 1).leading_zeros() as usize;
     let before: u32 = mask[..word].iter().map(|word| word.count_ones()).sum();
     let key = (before + not_after.count_ones()).saturating_sub(1) as usize;
@@ -202,7 +203,7 @@ impl KeyLanes {
         dropped: [0; LANES],
     };
 
-    /// Reads one rotation of a key, and advances the key.
+    /// Reads one rotation of a key, and moves the position of the key to the next rotation.
     #[inline(always)]
     fn read(&mut self, lane: usize, block: &RotationBlock, bytes: &[u8], key: &mut Key) {
         let mut bits = bits_at(bytes, key.at);
@@ -218,7 +219,7 @@ impl KeyLanes {
         }
     }
 
-    /// The components, the dropped one first.
+    /// The decoded quaternions. `x` is the dropped component, and `y`, `z` and `w` are the components after it.
     #[inline(always)]
     fn components(&self, lines: &LineLanes, offset: i32, log2: u32, step: Lanes) -> Quaternions {
         let mut stored = [Lanes::ZERO; 3];
@@ -236,7 +237,7 @@ impl KeyLanes {
     }
 }
 
-/// Rotates the order of the components by the number of slots in each lane, modulo 4.
+/// Shifts the components of each lane cyclically by the lane's number of `slots`, modulo 4.
 #[inline(always)]
 fn moved_on(quaternions: Quaternions, slots: [u32; LANES]) -> Quaternions {
     let mut components = quaternions.components();

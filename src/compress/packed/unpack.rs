@@ -9,7 +9,7 @@ use super::PackedClip;
 impl PackedClip<'_> {
     /// Returns the skeleton, and an animation whose moving tracks have a key at each key frame.
     ///
-    /// Memory grows with frames times tracks. A small file can state large numbers, so check them first.
+    /// The memory grows with frames times tracks. A small file can state large counts, so check the counts first.
     #[doc(hidden)]
     pub fn unpack(&self) -> Scene {
         let key_ticks = self.key_ticks();

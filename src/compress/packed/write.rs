@@ -28,13 +28,13 @@ pub(super) fn encode(
 ) -> Result<(Vec<u8>, CompressedClip)> {
     let found = scene.animations.get(animation);
     let animation = found.ok_or_else(|| {
-        Diagnostic::new(Code::Unrepresentable, "the scene has no such animation").expected_found(
-            format!("an index below {}", scene.animations.len()),
-            animation.to_string(),
-        )
+        let count = scene.animations.len();
+        let message =
+            format!("a packed clip consists of motion, but there is no animation {animation}: the scene has {count}");
+        Diagnostic::new(Code::Unrepresentable, message)
     })?;
     if !(1..usize::from(NO_PARENT)).contains(&scene.nodes.len()) {
-        let message = "a packed clip cannot have so many nodes, or none";
+        let message = "the number of nodes does not fit a packed clip";
         return Err(Diagnostic::new(Code::Unrepresentable, message)
             .expected_found(format!("1 to {}", NO_PARENT - 1), scene.nodes.len().to_string())
             .into());
@@ -50,7 +50,7 @@ pub(super) fn encode(
     Ok((bytes, clip))
 }
 
-/// The approximate bytes of the key frames of a clip. All clips of a scene have the rest in common.
+/// The approximate bytes of the key frames of a clip. The other bytes are the same for all clips of a scene.
 pub(super) fn packed_size(clip: &CompressedClip) -> usize {
     Columns::of(clip).smallest().1.bytes()
 }
@@ -128,7 +128,7 @@ impl<'a> Columns<'a> {
         self.rotations.is_empty() && self.translations.is_empty()
     }
 
-    /// The blocks of the length that takes the fewest bytes, and the logarithm of the length.
+    /// The blocks of the length that takes the fewest bytes, and the binary logarithm of the length.
     fn smallest(&self) -> (u32, Blocks) {
         let lengths = LOG2_BLOCK_FRAMES.filter(|log2| self.has_all_keys || 1 << log2 >= MUST_HAVE_KEY);
         let blocks = lengths.map(|log2| (log2, self.blocks(log2)));
@@ -206,7 +206,7 @@ impl Blocks {
         rotations.chain(translations).sum::<u32>() as usize
     }
 
-    /// Bits of a key of all tracks in a block.
+    /// The number of bits of one key frame in a block, over all tracks.
     fn key_bits(&self, block: usize) -> usize {
         let rotations = self.rotations.iter().map(|(axes, kinds)| {
             let dropped = if kinds[block] == MIXED { DROPPED_BITS } else { 0 };
@@ -349,7 +349,7 @@ fn rest_flags(rest: &Trs, track: &CompressedTrack) -> u8 {
 
 fn fits_u32(number: usize) -> Result<u32, Box<Diagnostic>> {
     u32::try_from(number).map_err(|_| {
-        let message = "a packed clip has at most 4 GiB, and as many frames";
+        let message = "a packed clip has at most 4 GiB and 2^32 frames";
         Box::new(Diagnostic::new(Code::Unrepresentable, message))
     })
 }

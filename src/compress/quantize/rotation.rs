@@ -19,7 +19,8 @@ pub const INT16_MAX: f32 = 32767.0;
 /// The smallest number of lattice steps from 0 to the square root of 1/2: the QUATERNION filter with 4 bits, including
 /// the sign.
 const MIN_STEPS: f32 = 7.0;
-/// The distance between two consecutive largest integers, whose two lowest bits are set.
+/// The distance between two possible values of a lattice's largest integer. The two lowest bits of these values are
+/// set.
 const NEXT_MAX: f32 = 4.0;
 
 /// The stored form of a track's rotations.
@@ -68,7 +69,8 @@ impl RotationFormat {
         }
     }
 
-    /// The nearest stored rotation. If signs are stored, it is in the hemisphere of `previous`.
+    /// The nearest stored rotation. If the format stores the sign of the quaternion, the result is in the hemisphere of
+    /// `previous`.
     pub fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let previous_value = previous.map_or(Quat::IDENTITY, |previous| previous.value);
         match self {
@@ -84,7 +86,7 @@ impl RotationFormat {
 }
 
 /// Four integers next to the components of `rotation`: of the sixteen roundings up or down, the one with the length
-/// nearest to 1. Otherwise a reader that does not normalize would stretch the descendants of the joint.
+/// nearest to 1. With another length, a reader that does not normalize would stretch the descendants of the joint.
 fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     let exact = rotation.to_array().map(|c| c * INT16_MAX);
     let below = exact.map(floor);
@@ -112,8 +114,8 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     }
 }
 
-/// The component of a quaternion that the QUATERNION filter drops: the largest one. While the others fit, it stays the
-/// component that the previous key dropped, because a change makes the differences to that key large.
+/// The component of a quaternion that the QUATERNION filter drops: the largest one. While the other components fit, the
+/// choice of the previous key stays, because another choice makes the differences to that key large.
 pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
     /// The largest stored component of a unit quaternion. It is slightly below the square root of 1/2, 0.707, so that
     /// candidates next to the nearest one fit.
@@ -159,8 +161,8 @@ impl Lattice {
         }
     }
 
-    /// A lattice with at least this many steps from 0 to the square root of 1/2, or the finest lattice. Its readers do
-    /// not round.
+    /// A lattice with at least this many steps from 0 to the square root of 1/2, or the finest lattice. Its decoder
+    /// does not round.
     pub fn of_steps(steps: f32) -> Self {
         Self {
             max: (steps.clamp(MIN_STEPS, INT16_MAX) as i32) | 3,
@@ -216,8 +218,8 @@ impl Lattice {
         self.rounds
     }
 
-    /// The three integers of the previous key. `None` if it dropped another component, or if no differences are stored:
-    /// then differences to it mean nothing.
+    /// The three integers of the previous key. `None` if the previous key dropped another component than `dropped`, or
+    /// if keys are not stored as differences.
     pub(crate) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
         let [x, y, z, tag] = stored;
         (self.rounds && tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
@@ -301,8 +303,8 @@ impl Lattice {
     }
 }
 
-/// The lowest bit rate at which a lattice step is about as small as a decoder's rounding. Ambiguous rotations are
-/// avoided then, because there are enough others.
+/// The lowest bit rate at which a lattice step is about as small as a decoder's rounding. From this bit rate on,
+/// ambiguous rotations are avoided, because there are enough others.
 const FINE_BITS: u32 = 10;
 
 /// The factor from one lattice to the next finer one, for bit rates that need not be whole.
@@ -312,7 +314,8 @@ const FINER: f32 = 1.12;
 /// of 32-bit floats below 32768.
 const AMBIGUITY: f32 = 0.005;
 
-/// The dropped component is the root of a difference. The smaller it is, the larger is its rounding error.
+/// The [`AMBIGUITY`] of the dropped component. This component is the square root of a difference. The smaller the
+/// component is, the larger is its rounding error.
 #[inline(always)]
 fn ambiguity_of_dropped(exact: f32) -> f32 {
     AMBIGUITY * INT16_MAX / exact.max(1.0)

@@ -30,10 +30,11 @@ pub struct QuantizedTranslation {
 
 /// The largest mantissa of the EXPONENTIAL filter: 24 bits with sign.
 const MAX_MANTISSA: f32 = 8_388_607.0;
-/// The largest and the smallest exponent of two of a step, far within the filter's 8 bits with sign.
+/// The largest exponent of two of a step. The smallest exponent is its negative. Both are far within the filter's 8
+/// bits with sign.
 const MAX_EXPONENT: f32 = 100.0;
 
-/// The largest multiple of a step: half of the largest mantissa as a number, so that candidates next to it fit.
+/// The largest multiple of a step. It is about half of the largest mantissa, so that candidates next to it fit.
 const MAX_MULTIPLE: f32 = 4_000_000.0;
 
 impl TranslationFormat {
@@ -53,8 +54,8 @@ impl TranslationFormat {
         Self::Multiples(step.max(largest / MAX_MULTIPLE).max(f32::MIN_POSITIVE))
     }
 
-    /// A stored translation within `tolerance` of `translation`. Numbers within a step of the previous key keep its
-    /// value, because an unchanged number costs nothing in a stream of differences.
+    /// A stored translation within `tolerance` of `translation`. A component within a step of the previous key keeps
+    /// the value of this key, because an unchanged number costs nothing in a stream of differences.
     pub(crate) fn quantize(
         self,
         translation: Vec3,
@@ -69,7 +70,8 @@ impl TranslationFormat {
         }
     }
 
-    /// The nearest stored translation, but components within a step of the previous key keep its value.
+    /// The nearest stored translation, except that a component within a step of the previous key keeps the value of
+    /// this key.
     fn hold(self, translation: Vec3, previous: Option<&QuantizedTranslation>) -> QuantizedTranslation {
         match self {
             Self::Float32 => QuantizedTranslation {

@@ -1,4 +1,4 @@
-//! The path over the ground of a figure whose motion is mixed from two motions.
+//! Computes the path over the ground of a figure whose motion is mixed from two motions.
 
 use glam::{Quat, Vec3};
 use mocap_scene::pose::Trs;
@@ -6,8 +6,9 @@ use mocap_scene::pose::Trs;
 use crate::carrier::{Carrier, Placement};
 use crate::frames::between;
 
-/// Mixes the steps over the ground of both motions, each step in the facing of its figure. A mean of the positions
-/// would be wrong: if the motions walk in opposite directions, it does not move.
+/// Mixes the movements over the ground of both motions, from frame to frame. Each movement is relative to the heading
+/// of its figure. A mean of the positions would be wrong: the mean of two figures that walk in opposite directions does
+/// not move.
 pub(super) struct Path<'a> {
     carrier: &'a Carrier,
     last: Option<Moment>,
@@ -17,9 +18,9 @@ pub(super) struct Path<'a> {
 struct Moment {
     /// The positions of the figures of both motions.
     positions: [Vec3; 2],
-    /// The rotation about the up axis from the facing of the second figure to the facing of the first.
+    /// The rotation about the up axis from the heading of the second figure to the heading of the first figure.
     other_to_first: Quat,
-    /// The rotation about the up axis from the facing of the first figure to the facing of the mixed figure.
+    /// The rotation about the up axis from the heading of the first figure to the heading of the mixed figure.
     first_to_mix: Quat,
     /// The position of the mixed figure.
     position: Vec3,
@@ -30,8 +31,8 @@ impl<'a> Path<'a> {
         Self { carrier, last: None }
     }
 
-    /// Mixes a frame of the first motion with the corresponding frame of the second motion. In the first call, `weight`
-    /// also places the mixed figure between the two figures. Later calls continue its path.
+    /// Mixes a frame of the first motion with the corresponding frame of the second motion. The first call puts the
+    /// mixed figure between both figures, by `weight`. Later calls continue the path of the mixed figure.
     pub(super) fn mix(&mut self, first: &[Trs], second: &[Trs], weight: f32) -> Vec<Trs> {
         let carrier = self.carrier;
         let positions = [carrier.position(first), carrier.position(second)];

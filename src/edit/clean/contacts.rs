@@ -1,4 +1,4 @@
-//! Contacts: stops the sliding of feet in stance.
+//! The part `contacts` of the cleaning: stops the sliding of feet in stance.
 
 use glam::Vec3;
 use mocap_figure::contacts::ContactRule;
@@ -16,7 +16,8 @@ use crate::work::Work;
 /// the lock includes noise. With the smaller ratio of `foot-lock`, feet of noisy walks still slide at 5 to 20 cm/s.
 const SPEED_RATIO: f64 = 2.0;
 
-/// The same ratio of the acceleration, which noise raises more than the speed.
+/// The largest acceleration of a locked foot, as a multiple of its acceleration without the lock. The ratio is larger
+/// than [`SPEED_RATIO`], because noise has more effect on accelerations than on speeds.
 const ACCELERATION_RATIO: f64 = 3.0;
 
 /// The speed of a foot in contact is also measured over this time, in seconds. Over this time, noise that lasts for a
@@ -25,7 +26,7 @@ const SPEED_OVER: f64 = 0.2;
 
 /// Locks the feet if they slide, or if much noise was removed. Returns a message with the number of locked contacts.
 /// The message is empty if no contact was locked. `is_noisy` states whether any noise was removed, and `is_changed`
-/// whether most of the jitter was removed. `steadies` states whether feet that stand keep their rotation then.
+/// whether most of the jitter was removed. With `steadies`, feet that stand also keep their rotation.
 pub(super) fn lock(
     work: &mut Work<'_>,
     animation: usize,
@@ -47,16 +48,16 @@ pub(super) fn lock(
     let mut frames = work.frames.clone();
     if is_noisy {
         let (known, levels) = whole(work);
+        if is_changed {
+            options.levels = levels;
+            if steadies {
+                soles::steady(work, &known, &mut frames);
+            }
+        }
         let ratios = FootLockWeights::new().speed_ratio(SPEED_RATIO);
         options = options
             .known(known)
             .weights(ratios.acceleration_ratio(ACCELERATION_RATIO));
-        if is_changed {
-            options.levels = levels;
-            if let Some(known) = options.known.as_ref().filter(|_| steadies) {
-                soles::steady(work, known, &mut frames);
-            }
-        }
     }
     frames.settle();
     let (mut frames, report) = lock_frames(work.scene, work.figure, frames, &options)?;
@@ -72,8 +73,8 @@ fn about(report: &FootLockReport) -> String {
     }
 }
 
-/// The contacts of a smoothed motion, with their beginnings and ends, and the height in metres at which each point of
-/// the feet stands.
+/// The contacts of a smoothed motion. They are joined and extended, because noise cuts contacts short. Also the height
+/// in metres of each point of the feet in contact.
 fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
     let mut found = detect(work.scene, &work.frames, work.figure, &ContactOptions::default());
     let feet = floor::Feet::new(work);
@@ -92,13 +93,13 @@ fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
     for point in &mut found.points {
         join(point, work.up, within, most);
         extend(point, work.up, within, work.weights.contact_height as f32);
-        // The lock reads the frames at rest alone.
+        // The lock reads only `at_rest`, so these lists are dropped.
         (point.positions, point.above_rest) = Default::default();
     }
     (found, levels)
 }
 
-/// The frames in which a point with jitter is at rest, by its height above its resting level.
+/// For each frame, whether a point with jitter is at rest. `above` has the height of the point above its resting level.
 fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<bool> {
     let rule = ContactRule {
         speed: work.weights.contact_speed,
@@ -115,12 +116,12 @@ fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<boo
     rule.at_rest(above.iter().copied().zip(speeds), work.frames.rate)
 }
 
-/// Joins contacts at one place if the time between them is too short for a step, or if the foot does not rise. There, a
-/// foot that shoots away and back or wanders along the ground has noise that looked like motion.
+/// Joins two contacts at one position if the time between them is too short for a step, or if the foot does not rise
+/// between them. Noise that looked like motion can move a foot away and back, or along the ground.
 fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
     /// The least height in metres to which a foot rises in a step: the toes in a low step, plus some noise.
     const RISEN: f32 = 0.04;
-    /// How far noise may move a foot along the ground, as a multiple of `within`.
+    /// The largest distance by which noise may move a foot along the ground, as a multiple of `within`.
     const WANDERED: f32 = 2.5;
     let intervals = point.intervals();
     let centre =

@@ -1,9 +1,8 @@
 //! Repairs the depth of an estimate from one camera. Along the axis of the camera, the body jitters and wavers several
-//! times as much as across it.
+//! times as much as in other directions. Jitter is noise from frame to frame, and wavering is slower.
 //!
-//! The jitter shows the axis: it is the direction in which the noise is far larger than in the others. The wavering is
-//! slower and moves both feet with the body, so the slower foot shows it. A motion that lasts for seconds is kept,
-//! because it may be a walk.
+//! The axis is the direction in which the jitter is far larger than in other directions. Wavering moves the whole body
+//! with both feet, so the slower foot shows it. A movement that lasts for seconds is kept, because it may be a walk.
 
 use glam::{DMat3, DVec2, DVec3, Mat4};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, median};
@@ -18,22 +17,24 @@ use crate::work::Work;
 /// The order of the difference that shows noise. In the fourth difference, the share of the motion is small.
 const ORDER: usize = 4;
 
-/// The factor by which that difference multiplies the variance of white noise: 8! / (4!)^2.
+/// The factor by which the difference of this order multiplies the variance of white noise: 8! / (4!)^2.
 const OF_WHITE: f64 = 70.0;
 
 /// The least ratio of noise along the axis to noise across it. Rotations alone cause a smaller ratio.
 const TIMES: f64 = 2.5;
 
-/// The least noise along the axis, in metres. Estimates from video have as much noise, markers have less.
+/// The smallest jitter along the axis that is removed, in metres. Estimates from video have more jitter, and markers
+/// have less.
 const LEAST_JITTER: f64 = 6e-3;
 
 /// The largest speed of the wavering, in m/s. If the slower foot is faster, the figure walks.
 const FASTEST: f64 = 0.6;
 
-/// The largest speed across the axis, in m/s: wavering moves a foot in stance only along the axis.
+/// The largest speed of the slower foot across the axis, in m/s. Wavering moves a foot in stance only along the axis.
 const ACROSS: f64 = 0.15;
 
-/// The least horizontal fraction of the axis. If the camera looks down more steeply, feet do not show depth.
+/// The smallest length of the horizontal part of the axis, as a fraction. If the camera looks down more steeply, feet
+/// do not show the wavering.
 const LEVEL: f64 = 0.7;
 /// The least fraction of the frames in which a foot must be in stance.
 const STANDING: f64 = 0.4;
@@ -45,8 +46,8 @@ const LEAST_WAVER: f64 = 0.012;
 /// The speed below which the slower foot is in stance after the repair, in m/s: half of a slow step.
 const STILL: f64 = 0.2;
 
-/// The least fraction of the frames in which the slower foot must be in stance after the repair. In a walk it always
-/// is, in a dance mostly.
+/// The least fraction of the frames in which the slower foot must be in stance after the repair. In a walk, it is
+/// always in stance, in a dance mostly.
 const STANDS: f64 = 0.65;
 /// The time in seconds over which the correction is smoothed, because it jumps when the other foot becomes the slower
 /// one.
@@ -83,7 +84,7 @@ fn shift(work: &mut Work<'_>, carrier: usize, shifts: &[DVec3]) {
     });
 }
 
-/// The direction in which a track has far more noise than across it, if there is one.
+/// The direction in which a track has far more noise than in other directions. `None` if there is no such direction.
 fn noisiest(track: &[DVec3]) -> Option<DVec3> {
     let mut differences = track.to_vec();
     for _ in 0..ORDER {
@@ -93,7 +94,7 @@ fn noisiest(track: &[DVec3]) -> Option<DVec3> {
         differences.pop();
     }
     differences.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    // The largest differences are steps and jumps, not noise.
+    // The largest differences come from footsteps and jumps, not from noise.
     let calm = &differences[..differences.len() * 7 / 10];
     let outer = |d: &DVec3| DMat3::from_cols(*d * d.x, *d * d.y, *d * d.z);
     let spread = calm.iter().map(outer).fold(DMat3::ZERO, |sum, one| sum + one);
@@ -116,7 +117,8 @@ pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
     let carrier = work.carrier()?;
     let [x, y, _] = axes(work.up).map(glam::Vec3::as_dvec3);
     let depth = work.depth?;
-    // If the camera looks down, its axis is hardly horizontal, so no depth is over the ground.
+    // If the camera looks down, its axis is nearly vertical, so wavering along the axis does not move the feet over the
+    // ground.
     let best = DVec2::new(depth.dot(x), depth.dot(y));
     let best = (best.length() > LEVEL).then(|| best.normalize())?;
     let feet = Feet::new(work);
@@ -150,7 +152,8 @@ pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
     Some(drift.iter().fold(0.0, |most: f64, at| most.max(at.abs())))
 }
 
-/// The displacement that a speed causes, without parts that last for seconds. Unknown speeds are interpolated.
+/// The displacement that the speeds cause in each frame, without movements that last for seconds. Unknown speeds are
+/// interpolated.
 fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
     let mut at = 0.0;
     let mut drift = Vec::with_capacity(speeds.len());
@@ -183,7 +186,7 @@ fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
 fn smooth(values: &[f64], radius: usize) -> Vec<f64> {
     let last = values.len().saturating_sub(1);
     let at = |frame: usize| {
-        // Near an end, the frames on both sides are not equally many. The line allows for that.
+        // Near an end of the motion, fewer frames are on one side. A line fits such frames better than a mean.
         let around = frame.saturating_sub(radius)..=(frame + radius).min(last);
         let (mut sums, count) = ([0.0; 4], around.clone().count() as f64);
         for other in around {

@@ -1,8 +1,9 @@
-//! Exchanges left and right limbs back in frames in which an estimator mistook one limb for the other.
+//! Repairs frames in which a pose estimator mistook the left limb for the right limb: exchanges the rotations of both
+//! limbs.
 //!
 //! In each frame, a pair of limbs is exchanged or not. Viterbi's algorithm finds the sequence of these two states whose
-//! rotation steps change least. An exchange costs as much as a large change, so limbs that cross quickly are not
-//! exchanged.
+//! rotation steps change least. A switch between the states costs as much as a large change of rotation, so limbs that
+//! cross quickly are not exchanged.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::median::ranked;
@@ -18,11 +19,11 @@ const LIMBS: [&[Bone]; 2] = [
 ];
 /// The longest exchange that is repaired, in seconds.
 const LONGEST: f64 = 2.0;
-/// The largest change of a joint's step that counts, in degrees. A larger change is a flip and is no evidence of an
-/// exchange.
+/// The largest change of a joint's rotation step that counts, in degrees. A larger change comes from a flip and is no
+/// evidence of an exchange.
 const MOST_OF_JOINT: f32 = 60.0;
-/// The largest difference of the rest rotations of two joints, in degrees. If it is larger, a rotation of one means
-/// something else for the other.
+/// The largest difference between the rest rotations of two joints, in degrees. If the difference is larger, a rotation
+/// of one joint gives another pose when it is applied to the other joint.
 const ALIKE: f32 = 20.0;
 
 /// Exchanges limbs back. Returns the number of repaired runs.
@@ -53,7 +54,8 @@ pub(super) fn frames(work: &Work<'_>) -> Vec<bool> {
     find(work).into_iter().fold(Vec::new(), either)
 }
 
-/// For each limb that is exchanged: its pairs of joints, the frames, and the number of runs.
+/// For each exchanged pair of limbs: the pairs of joints, whether each frame is exchanged, and the number of runs of
+/// exchanged frames.
 fn find(work: &Work<'_>) -> Vec<(Vec<[usize; 2]>, Vec<bool>, usize)> {
     let mut found = Vec::new();
     for limb in LIMBS {
@@ -80,7 +82,7 @@ fn rotations(work: &Work<'_>, column: usize) -> Vec<Quat> {
     work.frames.rotations(column).collect()
 }
 
-/// Whether the rest rotations of two joints are so alike that a rotation means the same for both.
+/// Whether the rest rotations of two joints are so similar that a rotation gives the same pose for both joints.
 fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
     let [left, right] = pair.map(|column| {
         let node = work.frames.nodes()[column];
@@ -89,7 +91,7 @@ fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
     squared_angle(left.to_array(), right.to_array()) < ALIKE.to_radians().powi(2)
 }
 
-/// For each frame, whether the limbs of these joints are exchanged.
+/// For each frame, whether the two limbs with these pairs of joints are exchanged.
 fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
     let frames = work.frames.len();
     let mut steps = vec![[0.0_f32; 2]; frames.saturating_sub(1)];
@@ -103,7 +105,7 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
         return vec![false; frames];
     };
     let cost = (work.weights.exchange as f32).to_radians() + median;
-    // The least costs of the two states (as recorded, exchanged), and the state before that each came from.
+    // The smallest cost of each state (as recorded, exchanged), and the previous state on the way to it.
     let mut costs = [0.0, cost];
     let mut from: Vec<[bool; 2]> = Vec::with_capacity(frames);
     for step in &steps {
@@ -123,8 +125,9 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
     is_exchanged
 }
 
-/// Adds the squared change at each frame, without and with an exchange. The change is the difference of a step from the
-/// mean of the steps before and after it. So a quick movement with even steps costs no more than a slow one.
+/// Adds the squared change at each frame to `steps`, without and with an exchange. A step is the rotation from one
+/// frame to the next. The change is the difference between a step and the mean of the steps before and after it. So a
+/// fast movement with even steps costs no more than a slow movement.
 fn add_steps(tracks: &[Vec<Quat>; 2], steps: &mut [[f32; 2]]) {
     let step = |from: Quat, to: Quat| log(from.inverse() * to);
     let own = [0, 1].map(|side: usize| -> Vec<Vec3> {
@@ -151,7 +154,7 @@ fn add_steps(tracks: &[Vec<Quat>; 2], steps: &mut [[f32; 2]]) {
     }
 }
 
-/// Clears runs of more than `longest` frames. Returns the number of other runs.
+/// Clears each run of more than `longest` marked frames. Returns the number of the remaining runs.
 fn without_long(marked: &mut [bool], longest: usize) -> usize {
     let (mut runs, mut frame) = (0, 0);
     while frame < marked.len() {

@@ -1,18 +1,19 @@
-//! Estimates whether a frame is missing between two others.
+//! Estimates whether a frame is missing between two frames.
 //!
-//! The test fits a polynomial of degree 4 to eight frames, four on either side. A motion is smooth, so the polynomial
-//! leaves a small residual. If a frame is missing, the residual becomes smaller when the four later frames are moved by
-//! one frame time. Every joint gives its own evidence, and the mean over the joints counts, so that one joint that
-//! jumps does not decide. The windows around give the usual residual.
+//! The test fits a polynomial of degree 4 to a window of eight frames, four before and four after the possible gap. A
+//! motion is smooth, so the residual (the remaining error) is small. If a frame is missing, the residual becomes
+//! smaller when the four later frames are moved by one frame time. Every joint gives its own evidence. The mean over
+//! the joints counts, so that one joint that jumps does not decide. The windows before and after give the usual
+//! residual.
 
 use glam::{Vec3, Vec3A};
 
 use mocap_scene::math::median::median;
 
-/// Frames on either side of a gap. Eight frames are enough to tell a quadratic motion from noise.
+/// The number of frames on either side of a gap. Eight frames are enough to tell a quadratic motion from noise.
 const SIDE: usize = 4;
 
-/// Frames of a window: both sides.
+/// The number of frames of a window.
 const WINDOW: usize = 2 * SIDE;
 
 /// The degree of the polynomial. A motion over eight frames needs no more.
@@ -20,7 +21,8 @@ const DEGREE: usize = 4;
 /// The number of dimensions of the residual of a window.
 const LEFT: usize = WINDOW - DEGREE - 1;
 
-/// Windows on either side that give the usual residual: half a second at 30 frames per second.
+/// The number of windows on either side that give the usual residual. At 30 frames per second, they cover half a
+/// second.
 const AROUND: usize = 4;
 
 /// The distance of these windows in frames. Neighbouring windows share most of their frames, so they would add no
@@ -28,9 +30,9 @@ const AROUND: usize = 4;
 const STRIDE: usize = 3;
 /// The residual that rounding causes, in squares of radians and of fractions of the body.
 const ROUNDING: f32 = 1e-9;
-/// The least evidence of a dropped frame: the residual of white noise of 2 degrees.
+/// The smallest evidence of a dropped frame, as the logarithm of a ratio.
 const POSSIBLE: f32 = 0.08;
-/// The number of missing frames that the joints measure, if one frame is missing.
+/// If the number of missing frames that is estimated from the joints is in this range, one frame is missing.
 const ONE: std::ops::Range<f32> = 0.7..1.5;
 
 /// The residual of a polynomial fit to a window, as linear combinations of the window's seven steps.
@@ -85,7 +87,7 @@ fn square(left: [Vec3A; LEFT]) -> f32 {
 struct Hypotheses {
     as_is: Contrasts,
     apart: Contrasts,
-    /// The dot products of the contrasts of both hypotheses.
+    /// The dot products of each combination of `as_is` with each combination of `apart`.
     across: [[f32; LEFT]; LEFT],
 }
 
@@ -116,7 +118,8 @@ const MARGIN: usize = STRIDE * (AROUND + SIDE.div_ceil(STRIDE));
 pub(super) struct GapEvidence {
     /// The frames before which a frame may be missing, each with its evidence.
     pub(super) dropped: Vec<(usize, f32)>,
-    /// For each asked frame, the evidence that the step to it took longer. `None` near the ends of the motion.
+    /// For each frame in `asked`, the evidence that the time since the previous frame was longer. `None` near the ends
+    /// of the motion.
     pub(super) longer: Vec<Option<f32>>,
 }
 
@@ -252,7 +255,8 @@ impl Gaps {
             .collect()
     }
 
-    /// The evidence that the step to a frame took `by` frames longer. `None` near the ends of the motion.
+    /// The evidence that the time from the previous frame to this frame was longer by `by` frames. `None` near the ends
+    /// of the motion.
     fn is_longer(&self, frame: usize, by: f64) -> Option<f32> {
         let window = frame.checked_sub(SIDE).filter(|window| *window < self.windows())?;
         let sum = self.with(window, by, |both| {
@@ -272,7 +276,7 @@ fn steps(part: &[Vec3A], window: usize) -> &[Vec3A; WINDOW - 1] {
     part[window..].first_chunk().expect("a window has all its steps")
 }
 
-/// The evidence of an additional frame: the logarithm of the ratio of both residuals.
+/// The evidence of a missing frame: the logarithm of the ratio of the residuals without and with the gap.
 fn speaks([as_is, apart]: [f32; 2], usual: f32) -> f32 {
     ((as_is + usual) / (apart + usual)).ln()
 }

@@ -1,8 +1,8 @@
 //! Keeps the contacts of hands with each other and with the body while noise is removed.
 //!
-//! Smoothing takes each joint by itself, so it would move two hands that touch apart. Therefore the position of a hand
-//! relative to its partner, which is the other hand or a bone, is recorded and smoothed as a track of its own. After
-//! the smoothing of the joints, the arms move the hands to the smoothed relative positions.
+//! Smoothing changes each joint independently, so it would move two touching hands apart. Therefore the position of a
+//! hand relative to its partner is recorded and smoothed as a separate track. The partner is the other hand, or a bone.
+//! After the smoothing of the joints, the arms move the hands to the smoothed relative positions.
 
 use glam::{DVec3, Vec3};
 use mocap_scene::ik::Goal;
@@ -17,7 +17,7 @@ use crate::frames::Frames;
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The leg length in metres of a body of 1.7 m, for which the other lengths are given.
+/// The leg length in metres of a body of 1.7 m. The lengths in [`BODY`] are those of this body.
 const LEG: f32 = 0.84;
 
 /// The distance in metres between the centre of a hand and the axis of a bone that it touches: about half of the
@@ -33,10 +33,12 @@ const BODY: [(Bone, f32); 8] = [
     (Bone::LeftLowerArm, 0.09),
 ];
 
-/// How much worse the hand distances may become by moving the arms, in metres. It allows only for rounding.
+/// The largest increase of the distances between hands and partners that the step accepts, in metres. It is only as
+/// large as rounding errors.
 const WORSE: f64 = 1e-3;
 
-/// The largest ratio of the body's jitter with moved arms to the jitter without. An increase of 15 % is not visible.
+/// The largest ratio of the body's jitter after the arms were moved to the jitter before. An increase of 15 % is not
+/// visible.
 const TREMBLES: f64 = 1.15;
 
 /// A hand and its partner: the other hand, or a bone of the body.
@@ -63,7 +65,7 @@ enum With {
     /// The other hand. Both hands move.
     Hand(Palm),
     /// A joint of the body, and the end of its bone in units of the scene. The position of the hand is relative to the
-    /// joint's frame.
+    /// joint's coordinate frame.
     Body(NodeId, Vec3),
 }
 
@@ -126,7 +128,7 @@ impl With {
 pub(super) struct Meetings(Vec<HandContact>);
 
 impl Meetings {
-    /// Measures the contacts of a humanoid. Other bodies have none.
+    /// Measures the hand contacts of a humanoid. The result is empty for any other body.
     pub(super) fn new(work: &Work<'_>, bank: &Bank) -> Self {
         let hands: Vec<Palm> = Side::ALL.into_iter().filter_map(|side| Palm::new(work, side)).collect();
         let size = work.leg().map_or(1.0, |leg| leg / LEG);
@@ -172,8 +174,8 @@ impl Meetings {
         Self(pairs.iter().zip(tracks).filter_map(contact).collect())
     }
 
-    /// The mean distance between hands and their partners in frames of full weight, in metres. `None` if there is no
-    /// contact.
+    /// The mean distance in metres between hands and their partners, in the frames in which a contact has its full
+    /// weight. `None` if there is no contact.
     pub(super) fn apart(&self, work: &Work<'_>) -> Option<f64> {
         let mut pose = Pose::rest(work.scene);
         let (mut sum, mut count) = (0.0, 0);
@@ -230,7 +232,8 @@ impl Meetings {
                 }
             }
             for (palm, sum, weight) in arms {
-                // An arm with several contacts moves by the weighted mean, an arm with one contact by its weight.
+                // An arm with several contacts moves by the weighted mean of their displacements. An arm with one
+                // contact moves by the displacement times its weight.
                 let by = (sum / weight.max(1.0)).clamp_length_max(work.weights.hand_noise as f32 / work.metres);
                 bring(&mut pose, &mut work.frames, frame, palm.arm, by);
             }
@@ -323,7 +326,7 @@ fn bring(pose: &mut Pose, frames: &mut Frames, frame: usize, arm: [NodeId; 3], b
     }
 }
 
-/// The end of a joint's bone in the joint's frame: the position of its farthest child.
+/// The end of a joint's bone in the coordinate frame of the joint: the position of its farthest child.
 fn end(work: &Work<'_>, joint: NodeId) -> Vec3 {
     let children = work.scene.nodes.iter().filter(|node| node.parent == Some(joint));
     let offsets = children.map(|child| child.transform.w_axis.truncate());

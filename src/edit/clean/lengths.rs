@@ -1,17 +1,18 @@
-//! Gives bones a constant length where noise changes it.
+//! The part `lengths` of the cleaning: gives each bone a constant length if noise changes its length.
 
 use glam::Vec3;
 
 use crate::work::Work;
 
-/// Holds the positions of joints relative to their parents where noise moves them. Returns the number of joints.
+/// Makes the position of a joint relative to its parent constant if noise moves the joint. Returns the number of such
+/// joints.
 pub(super) fn hold(work: &mut Work<'_>) -> usize {
     let mut held = 0;
     let carrier = work.carrier();
     let least = work.weights.length_noise as f32;
     let largest = work.weights.largest_length_change as f32;
     for column in 0..work.frames.nodes().len() {
-        // The node that carries the body, and the nodes above it, may move.
+        // The node that carries the body, and the nodes above it, keep their movement.
         let is_inside = carrier.is_some_and(|carrier| column > carrier);
         if !is_inside || is_root(work, column) {
             continue;

@@ -13,16 +13,16 @@ use super::pace::{Bank, frames_for_one};
 use super::smoother::{Positions, Rotations};
 use crate::clean_weights::CleanWeights;
 
-/// The length of the past that is used, as a multiple of the delay. Earlier frames hardly have an effect.
+/// The smoother uses this much of the past, as a multiple of the delay. Earlier frames hardly have an effect.
 const PAST: f64 = 2.0;
 
 /// The shortest past in seconds: the estimate of noise needs two spans of half a second.
 const LEAST_PAST: f64 = 1.0;
-/// The least number of frames in the past. The estimate of noise needs as many.
+/// The smallest number of past frames that the smoother uses. The estimate of noise needs this number of frames.
 const LEAST_FRAMES: usize = 24;
 
-/// Removes noise from a live motion, frame by frame, with a delay. This is the noise part of [`Clean`](crate::Clean),
-/// as a smoother with a fixed lag. Positions are in metres.
+/// Removes noise from a live motion, frame by frame, with a delay. This is the part `noise` of [`Clean`](crate::Clean),
+/// with a fixed delay. Positions are in metres.
 ///
 /// ```
 /// use mocap::Trs;
@@ -42,7 +42,7 @@ pub struct LiveClean {
     longest: usize,
     bank: Bank,
     seen: VecDeque<Vec<Trs>>,
-    /// The number of frames in `seen` that have been returned.
+    /// The number of frames in `seen` that have already been returned.
     given: usize,
 }
 
@@ -69,8 +69,9 @@ impl LiveClean {
         })
     }
 
-    /// Takes the transforms of all joints to their parents in the next frame. Returns the cleaned frame that is older
-    /// by the delay, once there is one. If the number of joints changes, a new motion begins.
+    /// Takes the next frame: the transforms of all joints relative to their parents. Returns the cleaned frame that is
+    /// older by the delay, or `None` if the motion is still shorter than the delay. If the number of joints changes, a
+    /// new motion begins.
     pub fn push(&mut self, joints: &[Trs]) -> Option<Vec<Trs>> {
         if self.seen.back().is_some_and(|last| last.len() != joints.len()) {
             self.seen.clear();
@@ -87,7 +88,7 @@ impl LiveClean {
         })
     }
 
-    /// Returns the remaining frames at the end of the motion.
+    /// Ends the motion, and returns the cleaned frames that were not yet returned.
     pub fn finish(&mut self) -> Vec<Vec<Trs>> {
         let left = (self.given..self.seen.len()).map(|frame| self.frame(frame)).collect();
         self.seen.clear();

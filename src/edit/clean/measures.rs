@@ -15,7 +15,7 @@ use crate::floor;
 use crate::frames::{Frames, tracks};
 use crate::work::Work;
 
-/// The time over which the speed of a joint is measured, in seconds. Over this time, noise hardly adds speed.
+/// The time over which the speed of a joint is measured, in seconds. Over a shorter time, noise would add speed.
 const SPEED_OVER: f64 = 0.1;
 /// The peak speed is the speed that one of this many values exceeds, over all joints and frames.
 const PEAK: usize = 100;
@@ -32,27 +32,28 @@ const JERK_FRAMES: usize = 4;
 pub struct CleanMeasures {
     /// Frames per second.
     pub frame_rate: f64,
-    /// Frames that repeat the frame before, while the body moves before and after.
+    /// The number of frames that repeat the frame before, although the body moves before and after them.
     pub held_frames: usize,
     /// The number of rotations that jump from one frame to the next.
     pub jumps: usize,
     /// The mean jerk of all joints, in metres per second cubed.
     pub jitter: f64,
-    /// The speed that one of 100 values exceeds, over all joints and frames, in metres per second. It is measured over
-    /// a tenth of a second.
+    /// The speed that one percent of the speeds of all joints in all frames exceed, in metres per second. A speed is
+    /// measured over a tenth of a second.
     pub peak_speed: f64,
-    /// The mean speed over the ground of feet in contact, in metres per second. `None` without feet.
+    /// The mean speed over the ground of feet in contact, in metres per second. `None` if the figure has no feet or
+    /// they have no contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skate: Option<f64>,
-    /// The mean distance of feet in contact from the level on which they stand, in metres. It is measured at the balls,
-    /// or at the ankles if no foot has a ball. `None` without feet.
+    /// The mean vertical distance of feet in contact from their resting level, in metres. It is measured at the balls
+    /// of the feet, or at the ankles if no foot has a ball. `None` without feet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uneven: Option<f64>,
-    /// The mean distance between hands that touch, or between a hand and the bone on which it rests, in metres. It is
-    /// measured from the centre of the hand. `None` before it is measured, and if no hand touches anything.
+    /// The mean distance between two hands that touch, or between a hand and the bone that it touches, in metres. It is
+    /// measured from the centre of the hand. `None` if no hand touches anything, or if this was not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hands: Option<f64>,
-    /// The height of the floor under the feet, in metres. `None` without feet in stance.
+    /// The height of the floor under the feet, in metres. `None` if no foot is ever in stance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor_height: Option<f64>,
     /// The slope of the floor, in degrees. `None` if the feet do not determine it.
@@ -87,10 +88,10 @@ impl CleanMeasures {
     }
 }
 
-/// Whether the movement that a part removed from `before` is noise in its fastest hundredth too. One step of noise in
-/// 10,000 is longer than three times the median step. If a part cut peaks of a motion, more steps are longer.
+/// Whether the movement that a part of the cleaning removed from `before` is only noise. Of noise, one step in 10,000
+/// is longer than three times the median step. If the part cut peaks of the motion, more steps are so long.
 pub(super) fn is_noise(work: &Work<'_>, before: &Frames) -> bool {
-    // A long step is this multiple of the median step, which steps of noise hardly reach.
+    // A step is long if it is longer than this multiple of the median step. Noise hardly ever makes such steps.
     const LONG: f32 = 3.0;
     let nodes = work.frames.nodes();
     let over = work.frames.frames_in(SPEED_OVER);
@@ -113,7 +114,7 @@ pub(super) fn is_noise(work: &Work<'_>, before: &Frames) -> bool {
     PEAK * long < all
 }
 
-/// Whether a rotation jumps at a frame where it hardly rotated before the part, or the part changed the frames.
+/// Whether a rotation jumps at a frame at which it did not jump in `before`. Also true if the number of frames changed.
 pub(super) fn has_new_jump(before: &Work<'_>, after: &Work<'_>) -> bool {
     let track = |work: &Work<'_>, column: usize| -> Vec<_> { work.frames.rotations(column).collect() };
     let is_new = |column: usize| flips::count_new(&track(after, column), &track(before, column)) > 0;
@@ -159,14 +160,14 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
     [jerk * rate.powi(3) / count.max(1) as f64, peak]
 }
 
-/// Keeps the largest hundredth ([`PEAK`]) of many values and drops the others.
+/// Keeps the largest hundredth ([`PEAK`]) of many values, and drops all other values.
 struct Largest {
     kept: usize,
     values: Vec<f32>,
 }
 
 impl Largest {
-    /// The least number of values that are dropped at once, so that each value is moved seldom.
+    /// The smallest number of values that are dropped at once. With this number, a value is seldom moved in memory.
     const DROPPED: usize = 4096;
 
     fn new(all: usize) -> Self {
@@ -205,8 +206,8 @@ fn skate(work: &Work<'_>, found: &DetectedContacts) -> Option<f64> {
     (steps > 0).then(|| slid * work.frames.rate / steps as f64)
 }
 
-/// The mean distance of feet from their level before a part of the cleaning, in metres, in those frames in which they
-/// are in contact after it.
+/// The mean distance of feet from their resting level in `before`, in metres. Only the frames count in which the feet
+/// are in contact in `after`.
 pub(super) fn uneven_before(before: &Work<'_>, after: &Work<'_>) -> Option<f64> {
     let [mut feet, locked] =
         [before, after].map(|work| detect(work.scene, &work.frames, work.figure, &ContactOptions::default()));
@@ -216,7 +217,7 @@ pub(super) fn uneven_before(before: &Work<'_>, after: &Work<'_>) -> Option<f64> 
     uneven(&feet)
 }
 
-/// The mean distance of feet in contact from their level, in metres.
+/// The mean distance of feet in contact from their resting level, in metres.
 fn uneven(found: &DetectedContacts) -> Option<f64> {
     let heights = |of_balls: bool| -> Vec<f32> {
         let is_ball = |bone: Bone| matches!(bone, Bone::LeftToes | Bone::RightToes);

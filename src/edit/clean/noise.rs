@@ -2,8 +2,8 @@
 //!
 //! The estimate uses the differences of a track of the second and higher orders, each divided by its gain for white
 //! noise. White noise then has the same size in all orders, while a motion becomes smaller with each order. So the
-//! smallest of the differences is an upper estimate of the noise. The estimate takes the median over spans of half a
-//! second, and then the value of a calm span. Tracks with hardly any noise stay unchanged.
+//! smallest of the differences is an upper estimate of the noise. A span is half a second of the motion. Each span has
+//! the median of its estimates, and the value of a calm span is the result. Tracks with hardly any noise do not change.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, percentile};
@@ -33,11 +33,12 @@ const CALM: f64 = 0.3;
 /// clip may have no calm span, and the step of a run resembles noise.
 const CALM_AFTER: f64 = 3.0;
 
-/// The least ratio of the last two differences of white noise. For white noise it is about 1, for a motion less.
+/// The smallest ratio of the last two differences that counts as white noise. For white noise, the ratio is about 1,
+/// and for a motion it is smaller.
 const FLAT: f64 = 0.85;
-/// The estimate is below the true value for white noise, because it is the least of several estimates of a calm span.
-/// The relative deficit is this factor over the root of the frames of a span. In simulations with 60 draws each, the
-/// estimates are 0.79 of the true value for 16 frames, 0.845 for 30 and 0.887 for 60.
+/// The estimate for white noise is below the true value, because it is the smallest of several estimates, and from a
+/// calm span. The relative deficit is this factor over the root of the frames of a span. In simulations with 60 draws
+/// each, the estimates are 0.79 of the true value for 16 frames, 0.845 for 30 and 0.887 for 60.
 const LESS: f64 = 0.85;
 
 /// The fraction of the rotating joints that counts as most of them.
@@ -46,8 +47,8 @@ const MOST: f64 = 0.5;
 /// The fraction of the rotating joints that counts as nearly all of them.
 const NEARLY_ALL: f64 = 0.7;
 
-/// The least noise if most joints have noise, as a fraction of the least noise of a single joint. The noise of an
-/// estimate is correlated over frames, so single frames show only a third of its size.
+/// The smallest noise that is removed if most joints have noise, as a fraction of the smallest noise that is removed
+/// otherwise. The noise of an estimate is correlated over frames, so single frames show only a third of its size.
 const OF_LEAST: f64 = 0.4;
 
 /// The noise that was found and removed.
@@ -77,7 +78,8 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let level = |(column, node): (usize, &NodeId)| {
         let rotations = work.frames.rotations(column);
         let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
-        // Noise of a motion counts as 0, and most tracks are motions. So the noise is measured only for white noise.
+        // The noise of a track that looks like motion counts as 0, and most tracks look like motion. So the noise is
+        // measured only if the track looks like white noise.
         let level = |curve: Sampled| Spans::new(&curve, work.frames.rate).level(true).noise(false);
         let noise = curve::<Rotations>(&values, 1).map(level);
         (*node, noise.unwrap_or_default() * f64::from(work.reach(*node)))
@@ -99,8 +101,8 @@ fn of_rotations(work: &Work<'_>, bank: &Bank) -> Vec<Option<Level>> {
     (0..work.frames.nodes().len()).map(level).collect()
 }
 
-/// Whether most rotating joints have noise. Then a joint that looks calmer by chance has noise too. If the noise is
-/// small, nearly all joints must have it.
+/// Whether most rotating joints have noise. If so, a joint that looks calmer by chance is treated as noisy, too. If the
+/// noise is small, nearly all joints must have it.
 fn is_in_most(levels: &[Option<Level>], weights: &CleanWeights) -> bool {
     let turning = levels.iter().flatten().count() as f64;
     let noisy = |is_shared: bool| {
@@ -235,7 +237,7 @@ fn curve<S: Values>(values: &[S::Value], every: usize) -> Option<Sampled> {
 /// motion.
 struct Level {
     least: f64,
-    /// The expected value of `least` for white noise, as a fraction of its standard deviation.
+    /// The expected value of `least` for white noise, as a fraction of the standard deviation of the noise.
     of_white: f64,
     is_white: bool,
 }
@@ -327,14 +329,14 @@ impl Level {
         Spans::new(curve, rate).level(false)
     }
 
-    /// The least noise of the curve; 0 if it is a motion. If most joints have noise, a curve that looks like a motion
-    /// has noise too.
+    /// The noise of the curve; 0 if the curve looks like a motion. With `in_most`, a curve that looks like a motion
+    /// also has noise.
     fn noise(&self, in_most: bool) -> f64 {
         if self.is_white || in_most { self.least } else { 0.0 }
     }
 }
 
-/// The value of the span at the fraction [`CALM`].
+/// The value of a calm span: the fraction [`CALM`] of the spans have a smaller value.
 fn calm(spans: &[f64]) -> f64 {
     percentile(spans.iter().copied(), CALM, f64::floor).unwrap_or_default()
 }

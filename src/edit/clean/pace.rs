@@ -1,17 +1,18 @@
 //! Estimates how fast a track changes in each frame, as the density of the jerk that the smoother allows.
 //!
-//! Each filter of a bank assumes one density. It predicts every frame from the frames before, and from the frames
-//! after. If the noise is known, the prediction error has a known variance, which gives each filter a likelihood.
-//! Likelihoods are summed around every frame. This is multiple-model adaptive estimation (Magill, "Optimal adaptive
-//! estimation of sampled stochastic processes", 1965) in both directions of time.
+//! A bank is a list of filters, each of which assumes one density. A filter predicts every frame from the frames
+//! before, and also from the frames after. If the noise is known, the prediction error has a known variance, which
+//! gives each filter a likelihood. The likelihoods of the frames around a frame are summed. This is multiple-model
+//! adaptive estimation (Magill, "Optimal adaptive estimation of sampled stochastic processes", 1965) in both directions
+//! of time.
 
 use glam::DVec3;
 
 use super::smoother::Covariance;
 
 /// The rate in Hz at which noise is told from motion, whatever the rate of the take. It is about the rate of a film.
-/// Noise of an estimate is correlated over some frames of a faster take, and an interpolated take has none between its
-/// own frames.
+/// Faster takes do not show noise in each frame: the noise of an estimate is correlated over some frames, and an
+/// interpolated take has noise only in its original frames.
 const COMMON_RATE: f64 = 30.0;
 
 /// The slowest original rate in Hz of an interpolated take. An animator sets keys more seldom, so a slower take is
@@ -30,7 +31,8 @@ const HIGHEST: f64 = 0.4;
 /// within this time.
 const AROUND: f64 = 0.06;
 
-/// The least time constant of this window in frames, so that it sums several frames at 25 frames per second.
+/// The least time constant of the same window in frames. At 25 frames per second, the window then still sums several
+/// frames.
 const AROUND_FRAMES: f64 = 2.5;
 /// A filter does not count if the natural logarithm of its likelihood ratio to the best filter is below this.
 const HARDLY: f64 = -25.0;
@@ -138,7 +140,7 @@ pub(super) fn frames_for_one(rate: f64, own: usize) -> usize {
     ((rate / COMMON_RATE).round() as usize).max(if is_estimate { own } else { 1 })
 }
 
-/// A curve sampled at about the common rate.
+/// A curve that is sampled at a rate near [`COMMON_RATE`].
 pub(super) struct Sampled {
     pub(super) curve: Vec<DVec3>,
     pub(super) every: usize,

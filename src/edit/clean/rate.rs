@@ -43,7 +43,8 @@ const BESIDE: f64 = 0.15;
 /// The largest relative difference between the rates of two flights.
 const AGREE: f64 = 0.12;
 
-/// The factors between a stated and a true rate that are corrected. Frames were doubled, halved, or both twice.
+/// The factors between a stated and a true rate that are corrected. The writer doubled or halved the number of frames,
+/// once or twice.
 const FACTORS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
 
 /// The largest relative deviation from such a factor. Half of the distance between two factors is 0.3.
@@ -118,8 +119,8 @@ impl Pattern {
 
 /// The evidence of a motion about its frame rate.
 pub(super) enum RateEvidence {
-    /// The true rate is `rate`: at this rate `flights` jumps fall by gravity, and at the file's rate by `fall` times
-    /// gravity.
+    /// The true rate is `rate`, in frames per second. At this rate, the body falls by gravity in `flights` jumps. At
+    /// the file's rate, it falls by `fall` times gravity.
     Is { rate: f64, flights: usize, fall: f64 },
     /// A message about what looks wrong. The rate is not certain.
     Perhaps(String),
@@ -146,7 +147,7 @@ pub(super) fn told(work: &Work<'_>) -> Option<RateEvidence> {
             fall: ratio.powi(-2),
         }),
         None => Some(RateEvidence::Perhaps(format!(
-            "{} fall as if the motion had {rate:.0} frames a second, not {stated:.0}",
+            "the fall of the body in {} fits {rate:.0} frames per second, not {stated:.0}",
             counted(rates.len(), "jump")
         ))),
     }
@@ -262,7 +263,8 @@ impl Measured {
         let words = if off > WALK_RATIO_OFF { "slow" } else { "fast" };
         (!(1.0 / WALK_RATIO_OFF..WALK_RATIO_OFF).contains(&off)).then(|| {
             format!(
-                "the walk looks {:.1} times too {words}: steps of {length:.2} m at {:.1} a second; {:.0} frames a second would fit, not {rate:.0}",
+                "the walk looks {:.1} times too {words}: {:.1} steps per second, each {length:.2} m long; {:.0} frames \
+                 per second would give the pace of a person, not {rate:.0}",
                 off.max(1.0 / off),
                 1.0 / time,
                 rate * off

@@ -1,4 +1,4 @@
-//! What a cleaning did, part by part.
+//! The report of a cleaning: what each part did.
 
 use std::fmt;
 
@@ -21,17 +21,17 @@ use crate::work::Work;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CleanPart {
-    /// Frames that are held, doubled or dropped.
+    /// Repairs timing: frames that repeat the frame before, and missing frames.
     Time,
-    /// Rotations that jump away and back.
+    /// Repairs flips: rotations that jump away and back.
     Flips,
-    /// Noise of rotations and positions.
+    /// Removes noise from rotations and positions.
     Noise,
-    /// Bones whose length changes.
+    /// Gives each bone a constant length.
     Lengths,
-    /// Height and slope of the floor, and drift of the body.
+    /// Corrects the height and the slope of the floor, and the drift of the body.
     Floor,
-    /// Foot sliding during ground contact.
+    /// Stops foot sliding during ground contact.
     Contacts,
 }
 
@@ -46,7 +46,7 @@ impl CleanPart {
         Self::Contacts,
     ];
 
-    /// Its name in kebab case.
+    /// The name of the part in kebab case.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -59,7 +59,7 @@ impl CleanPart {
     }
 }
 
-/// The outcome of a part.
+/// The outcome of a part of the cleaning.
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -69,11 +69,11 @@ impl CleanPart {
 pub enum CleanOutcome {
     /// The part changed the motion.
     Changed,
-    /// The motion has nothing to change.
+    /// The part found nothing to change in the motion.
     Nothing,
-    /// The part was not run.
+    /// The part did not run, because an option excluded it.
     LeftOut,
-    /// The part made a measure worse, so it was undone.
+    /// The part made a measure of the motion worse, so its changes were undone.
     TakenBack,
 }
 
@@ -86,28 +86,28 @@ pub enum CleanOutcome {
 pub struct CleanedPart {
     /// The part.
     pub part: CleanPart,
-    /// Its outcome.
+    /// The outcome of the part.
     pub outcome: CleanOutcome,
     /// What the part did, or why it did nothing, as text.
     pub about: String,
-    /// The measures after the part.
+    /// The measures of the motion after the part.
     pub after: CleanMeasures,
 }
 
-/// What [`Clean`](crate::Clean) did. It prints as a table.
+/// The report of [`Clean`](crate::Clean). As text, it is a table.
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CleanReport {
-    /// The measures before.
+    /// The measures of the motion before the step.
     pub before: CleanMeasures,
-    /// The measures after all parts.
+    /// The measures of the motion after all parts.
     pub after: CleanMeasures,
-    /// The parts in their order.
+    /// The parts, in the order in which they ran.
     pub parts: Vec<CleanedPart>,
-    /// What looks wrong but was not changed, because it is uncertain.
+    /// Possible defects that the step did not repair, because they are uncertain.
     pub doubts: Vec<String>,
 }
 
@@ -168,27 +168,32 @@ impl CleanReport {
         self.worse(&CleanMeasures::new(work), part, (before, work)).is_some()
     }
 
-    /// Records what a part did, as text; an empty text if it did nothing. Returns `false` if it made a measure worse.
+    /// Records what a part did, as text; an empty text if it did nothing. If the part made a measure worse, nothing is
+    /// recorded, and the text is returned with the reason.
     pub(super) fn take(
         &mut self,
         part: CleanPart,
         about: String,
         (before, work): (&Work<'_>, &Work<'_>),
         meetings: &Meetings,
-    ) -> bool {
+    ) -> Option<String> {
         if about.is_empty() {
             self.add(part, CleanOutcome::Nothing, self.why_nothing(part, work));
-            return true;
+            return None;
         }
         let after = CleanMeasures::new(work);
         if let Some(worse) = self.worse(&after, part, (before, work)) {
-            self.add(part, CleanOutcome::TakenBack, format!("{about}, but {worse}"));
-            return false;
+            return Some(format!("{about}; with this change, {worse}"));
         }
         let hands = meetings.apart(work);
         self.after = CleanMeasures { hands, ..after };
         self.add(part, CleanOutcome::Changed, about);
-        true
+        None
+    }
+
+    /// Records that a part was undone, and why.
+    pub(super) fn take_back(&mut self, part: CleanPart, about: String) {
+        self.add(part, CleanOutcome::TakenBack, about);
     }
 }
 
@@ -200,12 +205,12 @@ impl CleanReport {
             CleanPart::Floor => match now.floor_height {
                 Some(0.0) => "the soles are on a floor at height 0".to_owned(),
                 Some(height) => format!("the floor is kept at {}", centimetres(height)),
-                None => "no foot is slow enough to show the floor".to_owned(),
+                None => "no foot ever rests, so the height of the floor is unknown".to_owned(),
             },
             CleanPart::Contacts => now.skate.map_or(String::new(), |skate| {
                 let least = 100.0 * work.weights.least_skate;
                 format!(
-                    "feet in contact slide at {:.0} cm/s, and {least:.0} is the limit",
+                    "feet in contact slide at {:.0} cm/s; mocap locks feet only above {least:.0} cm/s",
                     100.0 * skate
                 )
             }),
@@ -230,7 +235,7 @@ impl CleanReport {
         if part != CleanPart::Time && after.held_frames > before.held_frames {
             return Some("frames would repeat".to_owned());
         }
-        // Noise hides jumps.
+        // Noise can hide jumps, so the part `noise` may reveal some.
         if part != CleanPart::Noise && after.jumps > before.jumps && measures::has_new_jump(unchanged, changed) {
             return Some("rotations would jump".to_owned());
         }
@@ -270,7 +275,7 @@ impl CleanReport {
             && optional(before.uneven, after.uneven, 0.003)
             && optional(measures::uneven_before(unchanged, changed), after.uneven, 0.003)
         {
-            return Some("the feet would be farther from their level".to_owned());
+            return Some("the heights of feet in contact would differ more".to_owned());
         }
         None
     }
@@ -287,7 +292,7 @@ impl fmt::Display for TimeRepair {
         f.write_str(&kinds)?;
         let Some([stated, rate]) = self.rate else { return Ok(()) };
         let comma = if kinds.is_empty() { "" } else { ", " };
-        write!(f, "{comma}{rate} frames a second instead of {stated}: {}", self.tells)
+        write!(f, "{comma}{rate} frames per second instead of {stated}: {}", self.tells)
     }
 }
 
@@ -296,7 +301,7 @@ impl fmt::Display for Flips {
         let mut done = Vec::new();
         if self.exchanged > 0 {
             done.push(format!(
-                "left and right exchanged back in {}",
+                "exchange of left and right undone in {} of frames",
                 counted(self.exchanged, "run")
             ));
         }
@@ -312,7 +317,7 @@ impl fmt::Display for Flips {
         }
         if self.spread > 0 {
             done.push(format!(
-                "{} about the bone spread over 0.4 s",
+                "{} about the axis of a bone spread over 0.4 s",
                 counted(self.spread, "turn")
             ));
         }
@@ -347,7 +352,7 @@ impl fmt::Display for FloorOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [
             self.depth
-                .map(|depth| format!("wavering of the depth by {} removed", centimetres(depth))),
+                .map(|depth| format!("unsteady depth removed, by {} at most", centimetres(depth))),
             self.slope.map(|slope| format!("slope of {} removed", degrees(slope))),
             self.drift
                 .map(|drift| format!("drift of {} removed", centimetres(drift))),
@@ -403,8 +408,8 @@ impl fmt::Display for CleanReport {
                 1.0,
             ),
             ("foot sliding cm/s", before.skate, after.skate, 2, 100.0),
-            ("feet from level cm", before.uneven, after.uneven, 2, 100.0),
-            ("hand distance cm", before.hands, after.hands, 2, 100.0),
+            ("foot height error cm", before.uneven, after.uneven, 2, 100.0),
+            ("hand contact gap cm", before.hands, after.hands, 2, 100.0),
             ("floor height cm", before.floor_height, after.floor_height, 1, 100.0),
             ("floor slope degrees", before.floor_slope, after.floor_slope, 2, 1.0),
         ];

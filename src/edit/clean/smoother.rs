@@ -1,10 +1,10 @@
-//! A Kalman filter and smoother of rotations and of positions.
+//! Smooths rotations and positions by a Kalman filter and smoother.
 //!
 //! The state is a value, its velocity and its acceleration, and the acceleration changes by white noise (jerk) whose
 //! density may differ from frame to frame. Rotations are filtered by their error state, in the tangent space of the
 //! rotation. Sources: Solà, Deray and Atchuthan, "A micro Lie theory for state estimation in robotics", 2018; Bourmaud
-//! et al., "Continuous-discrete extended Kalman filter on matrix Lie groups", 2015. The smoother is Bryson and
-//! Frazier's in Bierman's form ("Fixed interval smoothing with discrete measurements", 1973), which inverts no matrix.
+//! et al., "Continuous-discrete extended Kalman filter on matrix Lie groups", 2015. The smoother is that of Bryson and
+//! Frazier. In the form of Bierman ("Fixed interval smoothing with discrete measurements", 1973), it inverts no matrix.
 //! The noise is equal on all axes, so that one covariance of 3 x 3 serves for them. Times are in frames.
 
 use glam::{DQuat, DVec3};

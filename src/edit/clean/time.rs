@@ -1,7 +1,7 @@
-//! Repairs timing: frames that are held, duplicated or dropped.
+//! Repairs timing: repeated and missing frames.
 //!
-//! A *held* frame repeats the frame before. It replaces a lost frame or is a duplicate. The frames on either side show
-//! which of both is true, and where a frame was dropped ([`super::gaps`]).
+//! A *held* frame repeats the frame before. It either replaces a frame that was lost, or it is an additional duplicate.
+//! The frames before and after it show which is true. They also show where a frame is missing ([`super::gaps`]).
 
 use std::ops::Range;
 
@@ -18,18 +18,18 @@ use crate::work::Work;
 
 /// The longest run of repeated frames that may be duplicates.
 const LONGEST_DOUBLED: usize = 4;
-/// A step with less motion than this counts as no motion, in radians and in fractions of the body.
+/// A movement from frame to frame counts as none if it is smaller than this, in radians and in fractions of the body.
 const STILL: f32 = 2e-6;
 
-/// The largest fraction of dropped frames, besides those that pair with a duplicate. If more seem to be dropped, the
-/// cause is noise or resampling.
+/// The largest fraction of dropped frames that are inserted. Dropped frames with a duplicate nearby do not count. If
+/// more seem to be dropped, the cause is noise or resampling.
 const MOST_DROPPED: f64 = 0.02;
 /// The number of frames that may always be dropped, because the fraction of a short take is less than one frame.
 const LEAST_MOST_DROPPED: f64 = 4.0;
 
 /// The largest number of frames that interpolation makes from one: 15 frames per second in a file of 120.
 const MOST_OF_ONE: usize = 8;
-/// The least fraction of all bends that an interpolated take has in its original frames.
+/// In an interpolated take, at least this fraction of all changes of speed is in the original frames.
 const IN_OWN_FRAMES: f32 = 0.9;
 
 /// The number of frames that are examined for interpolation.
@@ -64,7 +64,7 @@ pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
         Some(RateEvidence::Is { rate, flights, fall }) => {
             work.frames.rate = rate;
             let and = if done.tells.is_empty() { "" } else { ", " };
-            done.tells += &format!("{and}{flights} jumps fall with {fall:.2} times gravity");
+            done.tells += &format!("{and}in {flights} jumps, the body falls with {fall:.2} times gravity");
         }
         Some(RateEvidence::Perhaps(words)) => doubt = Some(words),
         None => {}
@@ -92,7 +92,7 @@ fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     ))
 }
 
-/// The frames that are held or duplicated, and the frames before which one was dropped.
+/// The frames that repeat the frame before, and the frames before which a frame is missing.
 pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
     let (frames, _) = find(work);
     let with = |rows: &[Row]| {
@@ -193,16 +193,16 @@ pub(super) fn interpolated(work: &Work<'_>) -> usize {
 #[derive(Clone, Copy, PartialEq)]
 enum Row {
     Seen,
-    /// It repeats the frame before, and its own values are lost.
+    /// The frame repeats the frame before, and its own values are lost.
     Held,
-    /// It is a duplicate.
+    /// The frame is an additional duplicate of the frame before.
     Doubled,
-    /// A frame is missing before it.
+    /// A frame is missing before this frame.
     AfterDropped,
 }
 
-/// Rebuilds the frames: duplicates are removed, and missing or lost frames are interpolated on a curve through the
-/// others.
+/// Rebuilds the frames: removes duplicates, and interpolates missing or lost frames on a curve through the other
+/// frames.
 fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     if frames.iter().all(|row| *row == Row::Seen) {
         return;
@@ -243,8 +243,8 @@ fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     work.missing = missing;
 }
 
-/// Fills frames with the values of the nearer neighbour. A curve through a flip would be a rotation over some frames,
-/// which nobody could tell from a motion.
+/// Fills frames with the values of the nearer known frame. It is used at a flip, where a curve would look like a real
+/// rotation over several frames.
 fn hold(track: &mut [Trs], first: usize, end: usize) {
     let middle = first + (end - first) / 2;
     let (before, after) = (track[first - 1], track[end]);

@@ -1,4 +1,4 @@
-//! The drift of the body over the ground and in height.
+//! Finds the drift of the body over the ground and in height.
 
 use glam::DVec3;
 
@@ -7,16 +7,16 @@ use super::{Feet, KNOT, KNOTS, ONE_OBSERVATION, ROUNDS};
 
 /// The standard deviation of the speed of a foot in stance, in m/s, because the foot rolls.
 const OF_STANDING: f64 = 0.01;
-/// The standard deviations in m/s of the drift over the ground, and of its change of slope at a knot. They are
-/// `OF_DRIFT` per second.
+/// The standard deviations in m/s of the drift over the ground, and of its change of slope at a knot. They are near the
+/// values of `OF_DRIFT`, per second.
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
 /// The least drift in height that is removed, in metres: twice `OF_DRIFT`.
 const LEAST_DRIFT: f64 = 0.03;
-/// The least drift over the ground that is removed, in metres. People shuffle by less.
+/// The smallest drift over the ground that is removed, in metres. People who stand move their feet by less.
 const LEAST_DRIFT_OVER_GROUND: f64 = 0.1;
 /// The largest drift in height that is removed, in metres. Two steps of a stair are higher.
 const LARGEST_DRIFT: f64 = 0.25;
-/// The fastest drift over the ground that is removed, in m/s. A faster one is a treadmill.
+/// The fastest drift over the ground that is removed, in m/s. A faster drift comes from a treadmill.
 const FASTEST_DRIFT: f64 = 0.08;
 
 /// The drift of the body in each frame, in metres: along the axes of the ground, and in height by `height`. `None` if

@@ -1,9 +1,9 @@
-//! Weighted least squares with few unknowns: normal equations, solved by a Cholesky factorization.
+//! Solves weighted least squares with few unknowns, by normal equations and a Cholesky factorization.
 
 /// The sums of the normal equations.
 pub(super) struct LeastSquares {
     unknowns: usize,
-    /// The lower triangle of the matrix, stored row by row in the full square.
+    /// The lower triangle of the matrix. It is stored row by row, with unused entries for the upper triangle.
     matrix: Vec<f64>,
     right: Vec<f64>,
 }
@@ -75,8 +75,8 @@ impl Solution {
         x
     }
 
-    /// An element of the inverse matrix. Times the variance of an equation of weight 1, it is the covariance of two
-    /// unknowns.
+    /// An element of the inverse of the matrix. If it is multiplied by the variance of an equation of weight 1, it is
+    /// the covariance of two unknowns.
     pub(super) fn covariance(&self, one: usize, other: usize) -> f64 {
         let unit = |at: usize| {
             let mut unit = vec![0.0; self.values.len()];
@@ -95,7 +95,7 @@ pub(super) fn biweight(ratio: f64) -> f64 {
     }
 }
 
-/// A piecewise linear curve through evenly spaced knots. Its terms at a frame begin at the unknown `first`.
+/// A piecewise linear curve through evenly spaced knots. The values at the knots are unknowns of a fit.
 pub(super) struct Knots {
     pub(super) count: usize,
     frames: usize,
@@ -118,7 +118,7 @@ impl Knots {
         [(first + knot, 1.0 - part), (first + knot + 1, part)]
     }
 
-    /// The values of the curve in each frame for these knots.
+    /// The value of the curve in each frame. `knots` has the values at the knots.
     pub(super) fn curve(&self, knots: &[f64]) -> Vec<f64> {
         let value = |frame: usize| {
             self.terms(frame, 0)

@@ -1,13 +1,13 @@
-//! Values that do not change, but for rounding.
+//! Finds tracks whose values are constant except for rounding errors.
 
 use glam::{Quat, Vec3};
 
-/// How far a computed value may differ from a constant that it reproduces, as a fraction of its length: a few roundings
-/// of single precision.
+/// The largest difference between a computed value and a constant that counts as rounding, as a fraction of the
+/// constant's length: a few roundings of single precision.
 const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
-/// The value of a constant track. A track that was `constant` stays so if it differs only by rounding. Any other track
-/// becomes constant only if all its values are equal, so slow motion stays.
+/// The value of a constant track. A track that was `constant` stays constant if its values differ only by rounding
+/// errors. Any other track becomes constant only if all its values are equal, so that a slow motion is kept.
 pub(super) fn constant_value<T: Copy + PartialEq>(
     values: &[T],
     constant: Option<T>,
@@ -25,7 +25,7 @@ pub(super) fn is_near(value: Vec3, constant: Vec3) -> bool {
     value.distance(constant) <= ROUNDING * constant.length()
 }
 
-/// Whether two quaternions are the same rotation: a quaternion and its negative are.
+/// Whether two quaternions are the same rotation. A quaternion and its negative are.
 pub(super) fn is_same_rotation(value: Quat, constant: Quat) -> bool {
     let apart = (value - constant).length().min((value + constant).length());
     apart <= ROUNDING

@@ -1,4 +1,4 @@
-//! Points that are not seen in every frame, such as markers.
+//! Handles points that are not seen in every frame, such as markers.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic};
@@ -13,7 +13,7 @@ impl Frames<'_> {
         self.visible.as_ref().is_some_and(|visible| visible.contains(&false))
     }
 
-    /// The gaps of a held point, each as its first and its last frame.
+    /// The gaps of a stored point, each as its first and its last frame.
     pub(crate) fn gaps(&self, column: usize) -> Vec<[usize; 2]> {
         let mut gaps: Vec<[usize; 2]> = Vec::new();
         for frame in (0..self.len()).filter(|frame| !self.is_visible(*frame as f64, column)) {
@@ -46,13 +46,14 @@ impl Frames<'_> {
         at(frame.floor()) && at(frame.ceil())
     }
 
-    /// Frames at whole ticks with the transforms of `rows`. `taken` gives the motion and frame that each row comes
-    /// from, whose gaps and morph weights it keeps.
+    /// Frames at whole ticks with the transforms of `rows`. For each row, `taken` has the motion and the frame from
+    /// which the row comes. The row keeps the gaps and the morph weights of this frame.
     pub(crate) fn with_rows_of(&self, rows: Vec<Vec<Trs>>, taken: &[(&Self, f64)]) -> Self {
         self.with_rows(rows).taking(self, taken)
     }
 
-    /// Frames at whole ticks with the transforms of `chosen`. Their gaps and weights come from `times` of this motion.
+    /// Frames at whole ticks with the transforms of the frames `chosen`. Their gaps and morph weights come from the
+    /// fractional frames `times` of this motion.
     pub(crate) fn picked_of(&self, chosen: &[usize], times: &[f64]) -> Self {
         let taken: Vec<(&Self, f64)> = times.iter().map(|time| (self, *time)).collect();
         self.picked(chosen).taking(self, &taken)
@@ -85,14 +86,14 @@ impl Frames<'_> {
     }
 }
 
-/// Warns about gaps that a step fills because it makes new frames.
+/// Warns about gaps that a step has filled only because it makes new frames.
 pub(super) fn report_filled(scene: &mut Scene, animation: usize) {
     let gaps = scene.points_with_gaps(&scene.animations[animation]);
     let filled = gaps.iter().flatten().count();
     if filled > 0 {
         let message = format!("the gaps of {filled} points were filled by straight lines");
         let diagnostic = Diagnostic::new(Code::Gap, message);
-        let help = "fill them first with the step fill, which lists them";
+        let help = "first fill the gaps with the step fill, which lists the gaps";
         scene.warnings.push(diagnostic.help(help));
     }
 }

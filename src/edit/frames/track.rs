@@ -1,5 +1,5 @@
-//! The values of one part of a node's transform in every frame. Copies of a motion share them, also with the animation
-//! that was read, until a copy changes them.
+//! Stores the values of one part of a node's transform (translation, rotation or scale) in every frame. Copies of a
+//! motion share the values with each other and with the animation that was read, until a copy changes them.
 
 use std::sync::Arc;
 
@@ -27,12 +27,13 @@ impl Part for Quat {
     }
 }
 
-/// One value if it is the same in all frames, otherwise one value for each frame.
+/// The values of a part in all frames: a single value if it is the same in all frames, otherwise one value for each
+/// frame.
 #[derive(Clone)]
 pub(super) struct Track<'a, T> {
-    /// The keys of the animation that was read, until a value changes.
+    /// The keys of the animation that was read; `None` after a value has changed.
     keys: Option<&'a [T]>,
-    /// The values, if `keys` is empty.
+    /// The values, if `keys` is `None`.
     values: Arc<Vec<T>>,
 }
 
@@ -46,7 +47,8 @@ impl<T> Default for Track<'_, T> {
 }
 
 impl<'a, T: Part + PartialEq> Track<'a, T> {
-    /// Shares the keys of an animation with `frames` frames, if they are its values and not all equal.
+    /// Shares the keys of an animation with `frames` frames, if there is one key for each frame and they are not all
+    /// equal.
     fn of_keys(keys: &'a Keys<T>, frames: usize) -> Self {
         let is_every_frame = keys.ticks.is_none() && keys.values.len() == frames;
         let is_moving = || keys.values.iter().any(|value| *value != keys.values[0]);
@@ -72,7 +74,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         Arc::make_mut(&mut self.values)
     }
 
-    /// The values that have changed. Unchanged keys are left out.
+    /// This track without keys that are shared and have not changed.
     fn changes(self) -> Track<'static, T> {
         Track {
             keys: self.keys.map(|_| &[][..]),
@@ -89,7 +91,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         }
     }
 
-    /// Adds the value of the next frame of `frames` frames.
+    /// Adds the value of the next frame. The track will have `frames` frames.
     fn push(&mut self, frame: usize, value: T, frames: usize) {
         let values = self.values_mut();
         match values.as_slice() {
@@ -112,7 +114,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         }
     }
 
-    /// Sets the value of one of `frames` frames.
+    /// Sets the value of one frame. The track has `frames` frames.
     pub(super) fn set(&mut self, frame: usize, value: T, frames: usize) {
         if self.at(frame).is_same(value) {
             return;
@@ -199,7 +201,8 @@ impl<'a> TrsTrack<'a> {
         }
     }
 
-    /// Adds the transform of the next frame of `frames` frames, except for the parts that share all keys of a channel.
+    /// Adds the transform of the next frame, except for the parts that share all keys of a channel. The track will have
+    /// `frames` frames.
     pub(super) fn push(&mut self, frame: usize, trs: Trs, frames: usize) {
         if !self.translation.is_unchanged() {
             self.translation.push(frame, trs.translation, frames);
@@ -222,7 +225,7 @@ impl<'a> TrsTrack<'a> {
         }
     }
 
-    /// Sets the transform of one of `frames` frames.
+    /// Sets the transform of one frame. The track has `frames` frames.
     pub(super) fn set(&mut self, frame: usize, trs: Trs, frames: usize) {
         self.translation.set(frame, trs.translation, frames);
         self.rotation.set(frame, trs.rotation, frames);

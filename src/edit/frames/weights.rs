@@ -22,7 +22,7 @@ struct Target {
 }
 
 impl Target {
-    /// The weight at a fractional frame, or at the nearest end.
+    /// The weight at a fractional frame. Before the first or after the last frame, the weight of this frame.
     fn at(&self, frame: f64) -> f32 {
         let Some(last) = self.values.len().checked_sub(1) else {
             return self.at_rest;
@@ -59,8 +59,8 @@ impl Weights {
         self.taken((0..count).map(|frame| (self, frame as f64)))
     }
 
-    /// The weights of frames that come from these and other motions. A motion with other targets gives their weights at
-    /// rest.
+    /// The weights of frames that come from this motion and from other motions. If a motion lacks a morph target, its
+    /// frames have the weight of the target at rest.
     pub(super) fn taken<'a>(&self, frames: impl Iterator<Item = (&'a Self, f64)> + Clone) -> Self {
         let target = |(index, own): (usize, &Target)| {
             let of = |motion: &'a Self| {
@@ -97,12 +97,13 @@ impl Weights {
     }
 }
 
-/// The warning about a second motion that moves morph targets which the first motion lacks.
+/// A warning if the second motion moves morph targets that the first motion lacks.
 pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> {
     let curves = second.weight_curves();
     let is_alike = scene.weights_in(0).count() == second.weights_in(0).count();
     (curves > 0 && !is_alike).then(|| {
-        let message = format!("the second motion moves morph targets that the first lacks; curves dropped: {curves}");
+        let message =
+            format!("the second motion moves morph targets that the first motion lacks; dropped curves: {curves}");
         Diagnostic::new(Code::Unrepresentable, message).help("take both motions from one character")
     })
 }
@@ -127,7 +128,8 @@ impl Frames<'_> {
         }
     }
 
-    /// Blends the morph weights of two motions. Each frame has a frame of both motions and the weight of the second.
+    /// Blends the morph weights of two motions. For each frame, `taken` has a frame of both motions and the weight of
+    /// the second motion.
     pub(crate) fn mix_weights(&mut self, (first, second): (&Self, &Self), frames: &[(f64, f64, f32)]) {
         let one = first.weights.taken(frames.iter().map(|(a, ..)| (&first.weights, *a)));
         let two = first

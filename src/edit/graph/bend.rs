@@ -1,6 +1,6 @@
-//! Bends a walk so that it follows its path closely. The remaining error is removed gradually: the walk is shifted and
-//! turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing", 2001).
-//! The sway of steps beside the path does not change. Feet are locked afterwards, as in every walk.
+//! Bends a walk so that it follows its path closely. The search leaves an error between walk and path. This code shifts
+//! and turns the walk over the ground, smoothly over time, until most of the error is gone (Gleicher, "Motion Path
+//! Editing", 2001). The sway from footstep to footstep does not change. The feet are locked later, as in every walk.
 
 use glam::DVec2;
 use mocap_scene::math::polyline::Polyline;
@@ -9,22 +9,22 @@ use super::network::Network;
 use super::path::LOOKED_AT;
 use super::walk::{Bend, Walk, WalkPath, smooth as blended};
 
-/// The standard deviation in seconds of the Gaussian that smooths a bend, and half of the time over which the direction
-/// of a walk is measured: one step.
+/// The standard deviation in seconds of the Gaussian that smooths shifts and turns. It is also half of the time over
+/// which the direction of a walk is measured. It is the time of one footstep.
 const SMOOTH: f64 = 0.5;
 
-/// The largest shift of a walk, in metres. A walk farther away does not follow the path, and must not look as if it
-/// did.
+/// The largest shift of a walk, in metres. A walk that is farther from the path does not follow it, and should stay
+/// visibly away from it.
 const MOST_MOVED: f64 = 0.4;
 
-/// The largest turn of a walk, in radians (29 degrees), for the same reason.
+/// The largest turn of a walk, in radians (29 degrees), with the same reason as [`MOST_MOVED`].
 const MOST_TURNED: f64 = 0.5;
 
-/// The least distance in metres that a figure must move within the time of a direction. Otherwise it has no direction.
+/// If a figure moves less than this distance while its direction is measured, it has no direction, in metres.
 const STILL: f64 = 0.1;
 
 impl Network<'_> {
-    /// Bends a walk onto a path, and records how near the walk is to it.
+    /// Bends a walk onto a path, and records in the walk how near it is to the path.
     pub(super) fn bring_onto(&self, walk: &mut Walk, path: &Polyline) {
         let mut centres = self.centres(walk);
         centres.truncate((walk.seconds() * self.rate).ceil() as usize + 1);
@@ -81,7 +81,7 @@ impl Network<'_> {
     }
 }
 
-/// For each place, the distance along the path of the nearest point.
+/// For each position in `places`, the nearest point of the path, as its distance along the path.
 fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
     let mut reached = 0.0;
     let next = |place: &DVec2| {
@@ -101,7 +101,7 @@ fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half
     }
 }
 
-/// Measures how near places are to a path.
+/// Measures how near the positions `places` are to a path.
 fn followed(places: &[DVec2], path: &Polyline, half: usize) -> WalkPath {
     let along = along(places, path);
     let apart = places

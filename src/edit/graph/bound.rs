@@ -37,22 +37,24 @@ use super::distance::Window;
 pub const NUMBERS: usize = 64;
 /// The count of functions of time: constant, linear and quadratic.
 const FUNCTIONS: usize = 3;
-/// The count of patterns of points. More patterns give a tighter bound, but take longer.
+/// The number of patterns of points. More patterns give a tighter bound, but need more time.
 const PATTERNS: usize = 12;
 
-/// The count of windows, spread over all clips, from which patterns and axes are computed. Any windows give a bound;
-/// these give a tight one.
+/// The number of windows from which patterns and axes are computed. They come from all clips, so that the bound is
+/// tight.
 const SAMPLE: usize = 1024;
 
-/// The rounds of the iteration that computes them. Any patterns give a bound, so it need not converge.
+/// The number of rounds of the iteration that computes patterns and axes. Any patterns give a valid bound, so the
+/// iteration need not converge.
 const ROUNDS: usize = 30;
-/// The count of windows that are computed at once, so that memory does not grow with a long clip.
+/// The number of windows that are computed at once. It limits the memory for a long clip.
 const PIECE: usize = 256;
 
-/// An addition to the threshold for the rounding of 32-bit numbers: a fraction of the threshold, and metres.
+/// An addition to the threshold, because 32-bit numbers are rounded: a fraction of the threshold, and a length in
+/// metres.
 pub const SLACK: (f32, f32) = (1e-3, 1e-5);
 
-/// The numbers of a window.
+/// The values that summarise a window, so that their distance is a lower bound of the distance of two windows.
 pub type Numbers = [f32; NUMBERS];
 
 /// The patterns of points and the axes (both orthonormal bases) in which windows are expressed to compute the lower
@@ -65,10 +67,11 @@ pub struct Bound {
     axes: Vec<Vec<f64>>,
 }
 
-/// Some windows of a clip in orthonormal functions of time. Each point and function has a row over all windows.
+/// The coefficients of some windows of a clip in orthonormal functions of time. Each pair of a point and a function has
+/// a row with one coefficient for each window.
 struct Coefficients {
     count: usize,
-    /// Two coordinates over the ground, relative to the mean, and the height.
+    /// The rows of each coordinate: the two coordinates over the ground, relative to the mean, and the height.
     rows: [Vec<Vec<f64>>; 3],
 }
 
@@ -115,7 +118,7 @@ impl Bound {
         bound
     }
 
-    /// The numbers of all windows of each clip.
+    /// For each clip, the values that summarise each of its windows.
     pub fn numbers(&self, space: &CloudSpace, window: &Window, clips: &[Clouds]) -> Vec<Vec<Numbers>> {
         let pieces = |clip: usize| {
             let count = window.count(&clips[clip]);
@@ -136,7 +139,7 @@ impl Bound {
         numbers
     }
 
-    /// The numbers that do not change when a window is rotated about the vertical: a row for each window.
+    /// For each window, a row of values that do not change when the window is rotated about the vertical.
     fn invariants(&self, of: &Coefficients) -> Vec<Vec<f64>> {
         let [x, y] = [0, 1].map(|axis| of.in_patterns(axis, &self.patterns));
         let invariants = |window: usize| {
@@ -155,7 +158,7 @@ impl Bound {
             for (index, own) in z.iter().enumerate() {
                 numbers.push(scale * own.length_squared());
                 for other in &z[..index] {
-                    // Each entry occurs twice in the matrix.
+                    // Each of these entries occurs twice in the symmetric matrix.
                     let twice = std::f64::consts::SQRT_2 * scale;
                     numbers.extend([twice * own.dot(*other), twice * own.perp_dot(*other)]);
                 }
@@ -166,7 +169,7 @@ impl Bound {
         (0..of.count).map(invariants).collect()
     }
 
-    /// The coordinates of a row along the axes, and the length of the remainder.
+    /// The coordinates of a row along the axes, and the length of the part of the row that no axis covers.
     fn written(&self, row: &[f64]) -> Numbers {
         let row: Vec<f64> = row.iter().zip(&self.mean).map(|(value, mean)| value - mean).collect();
         let mut numbers = [0.0; NUMBERS];
@@ -229,7 +232,8 @@ impl Coefficients {
     }
 }
 
-/// Subtracts the mean of all points in all frames of a window. Only the constant functions contain it.
+/// Subtracts the mean of all points in all frames of a window. Only the coefficients of the constant function depend on
+/// this mean.
 fn about_mean(rows: &mut [Vec<f64>], weights: &[f64], functions: usize) {
     let count = rows.first().map_or(0, Vec::len);
     let mut mean = vec![0.0; count];

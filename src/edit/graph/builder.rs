@@ -10,7 +10,7 @@ use super::distance::Window;
 use super::network::Network;
 use super::{GraphClip, GraphOptions, GraphTransition, MotionGraph, component, minima};
 
-/// Takes clips of one skeleton and compares their moments.
+/// Takes clips of one skeleton, compares their windows, and builds a graph.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug)]
@@ -32,11 +32,11 @@ struct Skeleton {
     is_bone: Vec<bool>,
 }
 
-/// The largest difference between the lengths of a bone in two clips, as a fraction of the longest bone. Rounding of
-/// decimal numbers causes it.
+/// The largest difference between the lengths of a bone in two clips of one skeleton, as a fraction of the longest
+/// bone. Its cause is the rounding of decimal numbers in files.
 const SAME_LENGTH: f32 = 1e-3;
 
-/// The distances of all moments of two clips, in metres.
+/// The distances between all windows of one clip and all windows of another clip, in metres.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -52,20 +52,20 @@ const SAME_LENGTH: f32 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct DistanceMatrix {
-    /// The windows of the first clip.
+    /// The number of windows of the first clip.
     pub rows: usize,
-    /// The windows of the second clip.
+    /// The number of windows of the second clip.
     pub columns: usize,
     /// The distances, row by row.
     pub values: Vec<f32>,
 }
 
 impl DistanceMatrix {
-    /// The distance between the window that begins at frame `row` of the first clip and the window at frame `column` of
-    /// the second.
+    /// The distance between the window that begins at the frame `row` of the first clip and the window that begins at
+    /// the frame `column` of the second clip.
     ///
     /// # Panics
-    /// If there is no such window.
+    /// If one of the windows does not exist.
     pub fn at(&self, row: usize, column: usize) -> f32 {
         assert!(column < self.columns, "column {column} of {}", self.columns);
         self.values[row * self.columns + column]
@@ -88,7 +88,7 @@ impl GraphBuilder {
         })
     }
 
-    /// Adds every animation of a scene, which was read from `file`.
+    /// Adds every animation of `scene` as a clip. `file` is the file from which the scene was read.
     ///
     /// # Errors
     /// - [`Code::NoMotion`]: the scene has no motion.
@@ -132,14 +132,14 @@ impl GraphBuilder {
         &self.clips
     }
 
-    /// The distances of all windows of two clips.
+    /// The distances between all windows of two clips. `first` and `second` are indices of clips.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where there is no such clip.
+    /// [`Code::InvalidValue`] if one of the clips does not exist.
     pub fn matrix(&self, first: usize, second: usize) -> Result<DistanceMatrix> {
         let clip = |clip: usize| {
             self.clouds.get(clip).ok_or_else(|| {
-                let message = format!("there is no clip {clip}: there are {}", self.clouds.len());
+                let message = format!("there is no clip {clip}: the number of clips is {}", self.clouds.len());
                 Error::from(Diagnostic::new(Code::InvalidValue, message))
             })
         };
@@ -165,7 +165,8 @@ impl GraphBuilder {
     /// Compares all clips and builds their graph.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without a clip. [`Code::InvalidValue`] if no moments are similar enough for an endless walk.
+    /// [`Code::NoMotion`] without a clip. [`Code::InvalidValue`] if too few windows are similar, so that no walk can go
+    /// on for ever.
     pub fn build(&self) -> Result<MotionGraph> {
         let space = self.space()?;
         let threshold = self.options.threshold as f32;
@@ -194,7 +195,8 @@ impl GraphBuilder {
         let parts = component::largest(&graph);
         if parts.iter().all(Option::is_none) {
             let message = format!(
-                "no two moments within {} m of each other allow an endless walk",
+                "no endless path through the clips exists: no transition of at most {} m leads back to an earlier \
+                 moment",
                 self.options.threshold
             );
             let diagnostic = Diagnostic::new(Code::InvalidValue, message);
@@ -214,14 +216,14 @@ impl GraphBuilder {
         Ok(graph)
     }
 
-    /// A network of this graph and these clips, over which walks are searched.
+    /// A network of `graph` and the clips of this builder, in which walks are searched.
     ///
     /// # Errors
     /// [`Code::InvalidGraph`] if the graph was built from other clips.
     pub fn network(&self, graph: &MotionGraph) -> Result<Network<'_>> {
         let names = |points: &[(String, f32)]| Vec::from_iter(points.iter().map(|(name, _)| name.clone()));
         if names(&graph.points) != names(&self.points()) {
-            let message = "the joints of the clips differ from the joints of the graph";
+            let message = "the clips have other joints than the graph";
             return Err(Diagnostic::new(Code::InvalidGraph, message).into());
         }
         Network::new(self.space()?, &self.window, (&self.clips, &self.clouds), graph)
@@ -267,7 +269,8 @@ impl Skeleton {
             return refuse(difference);
         }
         let offset = |scene: &Scene, node: usize| Trs::from_matrix(scene.nodes[node].transform).translation;
-        // The rest position of the root is ignored, and of hips below a joint that only places them.
+        // Ignores the rest position of the root. If a joint above the hips only places the figure, also ignores the
+        // rest position of the hips.
         let nodes = (0..scene.nodes.len()).filter(|node| self.is_bone[*node]);
         let longest = nodes.clone().map(|node| offset(&self.scene, node).length());
         let most = SAME_LENGTH * longest.fold(0.0, f32::max);
@@ -282,7 +285,7 @@ impl Skeleton {
     }
 }
 
-/// The nodes of a scene and its known metadata, without its motion.
+/// A copy of a scene without its animations: the nodes, and the metadata that does not belong to a motion.
 fn without_motion(scene: &Scene) -> Scene {
     Scene {
         nodes: scene.nodes.clone(),

@@ -1,4 +1,4 @@
-//! Poses as point clouds: the positions of the joints of a figure in metres, over the ground and above it.
+//! Converts poses to point clouds. A point cloud has the positions of the joints of a figure, in metres.
 
 use glam::{DVec2, Vec3};
 
@@ -10,7 +10,8 @@ use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 /// The largest number of frames in a clip of a graph: a day at 30 frames per second. It limits the memory.
 const MOST_FRAMES: f64 = 3e6;
 
-/// The joints of a skeleton that are points of a cloud, their weights, and the axes in which they are measured.
+/// The joints of a skeleton that become points of a cloud, the weights of the points, and the axes of their
+/// coordinates.
 #[derive(Clone, Debug)]
 pub struct CloudSpace {
     /// The up axis, and two axes along the ground with `up x first = second`.
@@ -19,15 +20,15 @@ pub struct CloudSpace {
     /// Metres in one unit of the scene.
     pub(crate) metres: f32,
     nodes: Vec<NodeId>,
-    /// The weight of each point; the weights add up to 1.
+    /// The weight of each point. The sum of the weights is 1.
     pub(super) weights: Vec<f64>,
 }
 
 impl CloudSpace {
     /// Chooses the points of a skeleton: a top joint, and all joints and end sites below it. The top joint is the
     /// highest joint of the figure whose position moves, or otherwise the highest joint. Joints that only place the
-    /// figure are left out. The weight of a point is the length of the bones that meet there. So the cloud is even
-    /// along the body, and all fingers together weigh no more than a hand.
+    /// figure in the world are left out. The weight of a point is the length of the bones that meet at the point. So
+    /// the weight is spread evenly along the body, and all fingers together weigh no more than a hand.
     pub fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
         let up = figure.up_direction();
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };
@@ -106,7 +107,7 @@ impl Clouds {
             let message = format!("a motion of {last} frames is too long for a graph: {MOST_FRAMES} at most");
             return Err(Diagnostic::new(Code::LimitExceeded, message).into());
         }
-        // Counts a last frame that rounding moves behind the end.
+        // Also counts a last frame that a rounding error puts a little after the end.
         let frames = (last + 1e-6).floor() as usize + 1;
         let points = space.nodes.len();
         let mut values = [0; 3].map(|_| vec![0.0; frames * points]);
@@ -127,7 +128,7 @@ impl Clouds {
             .flatten()
             .any(|value| !value.is_finite() || value.abs() > 1e6)
         {
-            let message = "a joint is not at a finite position within 1000 km";
+            let message = "the position of a joint is not finite, or is farther than 1000 km from the origin";
             return Err(Diagnostic::new(Code::NonFiniteValue, message).into());
         }
         let mut centres = vec![DVec2::ZERO; frames];

@@ -1,12 +1,13 @@
 //! The largest strongly connected component of a graph, by Tarjan's algorithm (1972).
 //!
-//! The nodes are the frames of all clips. Each has an edge to the next frame, and one for each transition. Only frames
-//! where transitions begin or end are examined; a frame between two frames of one component belongs to it too.
+//! The nodes are the frames of all clips. Each frame has an edge to the next frame, and an edge for each transition
+//! that leaves the frame. Only frames where transitions begin or end are examined. A frame between two frames of a
+//! component belongs to the same component.
 
 use super::{GraphTransition, MotionGraph};
 
-/// For each clip, the first and the last frame in the largest component. This is the component with the most frames; if
-/// several are equal, the first. It must have a transition.
+/// For each clip, the first and the last frame in the largest component. The largest component has the most frames; of
+/// equally large components, the first counts. It must have a transition.
 pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
     let points = points(graph);
     let edges = edges(&points, &graph.transitions);
@@ -15,7 +16,7 @@ pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
     for (node, point) in points.iter().enumerate() {
         let before = node.checked_sub(1).map(|before| (points[before], component[before]));
         sizes[component[node]] += match before {
-            // Counts the frames between both points, too.
+            // Also counts the frames between the two points.
             Some((before, own)) if before[0] == point[0] && own == component[node] => point[1] - before[1],
             _ => 1,
         };
@@ -54,7 +55,7 @@ fn points(graph: &MotionGraph) -> Vec<[usize; 2]> {
     points
 }
 
-/// For each point, the points that its edges lead to.
+/// For each point, the points to which its edges lead.
 fn edges(points: &[[usize; 2]], transitions: &[GraphTransition]) -> Vec<Vec<usize>> {
     let follows = |pair: &[[usize; 2]]| pair[0][0] == pair[1][0];
     let mut edges: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
@@ -79,7 +80,8 @@ fn components(edges: &[Vec<usize>]) -> Vec<usize> {
     let count = edges.len();
     let (mut order, mut low, mut component) = (vec![NEW; count], vec![0; count], vec![NEW; count]);
     let (mut open, mut next, mut found) = (Vec::new(), 0, 0);
-    // The nodes on the path from the start of the search, each with the number of its edges that were followed.
+    // The nodes on the path from the start of the search to the current node, each with the number of its edges that
+    // the search has followed.
     let mut path: Vec<(usize, usize)> = Vec::new();
     for start in 0..count {
         if order[start] == NEW {

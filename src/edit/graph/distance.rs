@@ -1,10 +1,10 @@
-//! The distance of two moments of motion, as Kovar, Gleicher and Pighin define it in "Motion Graphs" (2002), section
+//! Computes the distance of two windows, as Kovar, Gleicher and Pighin define it in "Motion Graphs" (2002), section
 //! 3.1.
 //!
-//! A moment is the point cloud of all joints in a window of frames. One of two clouds is rotated about the vertical and
-//! shifted over the ground so that the weighted sum of squared distances between points is smallest. This has a closed
-//! form. The weights add up to 1, and the distance is the square root of the sum: the root mean square distance of the
-//! points, in metres. Frames towards the edges of the window weigh less.
+//! A window is a short run of frames, with the point cloud of all joints in each frame. One of the two windows is
+//! rotated about the vertical and shifted over the ground so that the weighted sum of squared distances between points
+//! is smallest. A formula gives this rotation and shift. The sum of the weights is 1, so the square root of the sum is
+//! the root mean square distance of the points, in metres. Frames near the edges of a window have smaller weights.
 //!
 //! For all pairs of windows of two clips, the sums over the points are computed once for each pair of frames. A window
 //! then adds the sums along a diagonal. Numbers have 64 bits and are relative to the position of the figure, so that
@@ -17,8 +17,8 @@ use mocap_scene::math::wide;
 
 use super::clouds::{CloudSpace, Clouds};
 
-/// The motion over the ground that aligns one moment with another, along the two axes of the ground in metres, and the
-/// remaining distance.
+/// The rigid motion over the ground that aligns one window with another: an angle, and an offset in metres along the
+/// two axes of the ground. Also the distance that remains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Alignment {
     /// The angle about the vertical, in radians, counterclockwise as seen from above.
@@ -49,7 +49,7 @@ impl Alignment {
     }
 }
 
-/// A window of frames: the weight of each frame. The weights add up to 1.
+/// The weight of each frame of a window. The sum of the weights is 1.
 #[derive(Clone, Debug)]
 pub struct Window {
     taper: Vec<f64>,
@@ -64,7 +64,7 @@ struct Moments {
 }
 
 impl Window {
-    /// A window of `frames` frames, whose weights decrease linearly towards its edges.
+    /// The weights for a window of `frames` frames. They decrease linearly from the middle to the edges.
     pub fn new(frames: usize) -> Self {
         let rise = |frame: usize| (frame + 1).min(frames - frame) as f64;
         let whole: f64 = (0..frames).map(rise).sum();
@@ -87,8 +87,8 @@ impl Window {
         (clouds.frames + 1).saturating_sub(self.frames())
     }
 
-    /// The alignment of the window of `b` that begins at frame `second` with the window of `a` that begins at frame
-    /// `first`.
+    /// The alignment of a window of `b` with a window of `a`. The window of `a` begins at the frame `first`, the window
+    /// of `b` at the frame `second`.
     pub(crate) fn align(
         &self,
         space: &CloudSpace,
@@ -249,8 +249,8 @@ impl Tile {
 }
 
 wide::dispatch! {
-    /// Sums over the points for each pair of frames: the dot products over the ground, the cross products there of the
-    /// second with the first, and the products of heights.
+    /// Three sums over the points for each pair of frames. They are the sums of the dot products over the ground, of
+    /// the cross products over the ground (second point with first point), and of the products of the heights.
     fn products(first: &[Vec<[f64; 3]>], second: &[Vec<Lanes>], width: usize, sums: &mut [Vec<f64>; 3]) {
         for (frame, points) in first.iter().enumerate() {
             for (group, others) in second.iter().enumerate() {

@@ -9,7 +9,7 @@ impl MotionGraph {
     /// The version of the schema that this program writes and reads.
     pub const VERSION: u32 = 1;
 
-    /// The graph as JSON: a line for each clip and each transition.
+    /// The graph as JSON text, with a line for each clip and for each transition.
     pub fn to_json(&self) -> String {
         let text = |value: &dyn Fn() -> serde_json::Result<String>| value().unwrap_or_default();
         let lines = |lines: Vec<String>| match lines.is_empty() {
@@ -33,7 +33,7 @@ impl MotionGraph {
         visible_json(&json).into_owned()
     }
 
-    /// The graph of a JSON text.
+    /// Reads a graph from JSON text.
     ///
     /// ```
     /// use mocap::graph::MotionGraph;
@@ -43,7 +43,7 @@ impl MotionGraph {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidGraph`] where the text is no graph, is of another version, or contradicts itself.
+    /// [`Code::InvalidGraph`] if the text is no graph, has another version, or contradicts itself.
     pub fn from_json(text: &str) -> Result<Self> {
         let refuse = |message: String| Err(Diagnostic::new(Code::InvalidGraph, message).into());
         let begin: Result<Version, _> = serde_json::from_str(text);
@@ -77,7 +77,7 @@ impl MotionGraph {
                 && (first > last || last >= clip.frames)
             {
                 return refuse(format!(
-                    "clip {index} has frames 0 to {}, and its part is {first} to {last}",
+                    "clip {index} has frames 0 to {}, but its part in the graph has frames {first} to {last}",
                     clip.frames.saturating_sub(1)
                 ));
             }

@@ -1,8 +1,8 @@
-//! The speed of joints during transitions, compared with the clips.
+//! Compares the speed of joints during transitions with their speed in the clips.
 //!
-//! During a blend, a point has the speeds of both clips plus the speed of the way between them. A transition in the
-//! swing of a leg is faster than the clips, except for a thousandth of their frames. Another transition with the same
-//! distance may be as slow as the clips.
+//! During a blend, the speed of a point has two parts: the mix of its speeds in both clips, and the speed from one
+//! position to the other. If a leg swings during the blend, the sum can be faster than 99.9 percent of the speeds in
+//! the clips. Another transition with the same distance may be as slow as the clips.
 
 use glam::DVec3;
 use mocap_scene::math::median::ranked;
@@ -12,15 +12,15 @@ use super::clouds::Clouds;
 use super::network::Network;
 use super::walk::smooth;
 
-/// The fraction of the speeds in the clips that count as fast: those above the 99.9th percentile.
+/// The fraction of the speeds in the clips that count as fast. They are above the 99.9th percentile.
 const FAST: f64 = 0.001;
 
 /// The largest number of speeds from which the percentile is computed.
 const MOST_SPEEDS: usize = 1_000_000;
 
 impl Network<'_> {
-    /// The cost of a transition. It is the sum of its distance, divided by the threshold, and its share of fast speeds,
-    /// divided by the share in the clips.
+    /// The cost of a transition, as a sum of two terms. One is its distance divided by the threshold. The other is its
+    /// fraction of fast speeds divided by [`FAST`].
     pub(super) fn cost(&self, exit: &GraphTransition) -> f64 {
         let haste = match self.index_of(exit) {
             Some(index) => *self.hastes.of_exits[index].get_or_init(|| self.haste(exit)),
@@ -50,7 +50,7 @@ impl Network<'_> {
         beyond as f64 / (points * blend) as f64 / FAST
     }
 
-    /// The speed that a thousandth of the speeds in the clips exceed.
+    /// The speed above which a speed counts as fast: a thousandth of the speeds in the clips are higher.
     fn fast(&self) -> f64 {
         let points = self.space.weights.len();
         let parts = || {

@@ -1,4 +1,4 @@
-//! The most similar moments of two clips: local minima of the matrix of their distances.
+//! Finds the most similar windows of two clips: the local minima of the matrix of their distances.
 
 use std::ops::Range;
 
@@ -18,13 +18,13 @@ const TILE: usize = 96;
 pub(super) struct Minimum {
     /// The two clips.
     pub(super) clips: [usize; 2],
-    /// The first frames of both windows.
+    /// The first frame of each of the two windows.
     pub(super) starts: [usize; 2],
-    /// The distance in metres.
+    /// The distance between the two windows, in metres.
     pub(super) distance: f32,
 }
 
-/// The distances of all windows of two clips, row by row.
+/// The distances between all windows of clip `a` and all windows of clip `b`, row by row.
 pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds) -> Vec<f32> {
     let (height, width) = (window.count(a), window.count(b));
     let starts: Vec<usize> = (0..height).step_by(TILE).collect();
@@ -34,8 +34,9 @@ pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds
     bands.concat()
 }
 
-/// The local minima of the distances of all clips below `threshold`, in the order of clips and frames. Two overlapping
-/// windows of one clip are no pair. Windows that are certainly too far apart are skipped.
+/// The local minima of the distances between windows of all clips, if they are below `threshold`, in the order of clips
+/// and frames. Two overlapping windows of one clip are not compared. Pairs whose lower bound is above the threshold are
+/// skipped.
 pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], threshold: f32) -> Vec<Minimum> {
     let numbers = Bound::new(space, window, clips).numbers(space, window, clips);
     let near = NeighbourIndex::new(&numbers);
@@ -75,10 +76,10 @@ pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], thre
     found
 }
 
-/// A range of windows of one clip, and a range of windows of another clip or the same.
+/// A range of windows of one clip, and a range of windows of another clip or of the same clip.
 type Rectangle = [Range<usize>; 2];
 
-/// The bits of rows, transposed to bits of columns.
+/// Transposes a matrix of eight by eight bits: rows become columns.
 fn transposed(rows: &[u8; LANES]) -> [u8; LANES] {
     let bit = |row: usize, column: usize| (rows[row] >> column & 1) << row;
     std::array::from_fn(|column| (0..LANES).fold(0, |bits, row| bits | bit(row, column)))
@@ -118,8 +119,8 @@ impl Pair<'_> {
     /// The local minima within a rectangle.
     fn minima(&self, [rows, columns]: Rectangle) -> Vec<([usize; 2], f32)> {
         let [height, width] = self.clips.map(|clip| self.window.count(clip));
-        // The rectangle is extended by a row and a column on each side, because a minimum is compared with its
-        // neighbours.
+        // The rectangle is extended by a row and a column on each side, because a distance is a minimum only if its
+        // neighbours are not smaller.
         let above = rows.start.saturating_sub(1)..(rows.end + 1).min(height);
         let beside = columns.start.saturating_sub(1)..(columns.end + 1).min(width);
         let [a, b] = self.clips;
@@ -137,7 +138,7 @@ impl Pair<'_> {
                 let is_least = (row.saturating_sub(1)..above.end.min(row + 2)).all(|other_row| {
                     (column.saturating_sub(1)..beside.end.min(column + 2)).all(|other| {
                         let distance = at(other_row, other);
-                        // Of equal distances, the first counts.
+                        // If neighbouring distances are equal, the first one counts as the minimum.
                         distance > own || (distance == own && (other_row, other) >= (row, column))
                     })
                 });

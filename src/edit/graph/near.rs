@@ -1,22 +1,22 @@
-//! Finds all pairs of windows whose numbers are near each other. The search uses boxes around eight successive windows,
-//! then boxes around eight nearby boxes, and so on, as in an R-tree (Guttman, 1984). Eight boxes are compared at once.
+//! Finds all pairs of windows whose values are near each other. The values are those of [`Bound`](super::bound::Bound).
+//! The search uses boxes around eight successive windows, then boxes around eight nearby boxes, and so on, as in an
+//! R-tree (Guttman, 1984). Eight boxes are compared at once.
 
 use mocap_scene::math::wide;
 
 use super::bound::{NUMBERS, Numbers};
 
-/// The number of windows or boxes that are compared at once, and the count of numbers after which the comparison may
-/// stop early.
+/// The number of windows or boxes that are compared at once. A comparison may stop early after this number of values.
 pub const LANES: usize = 8;
 
-/// One number of eight windows.
+/// One value of each of eight windows.
 type Lanes = [f32; LANES];
-/// The numbers of eight windows: the first number of each, the second of each, and so on. A missing window has infinite
-/// numbers.
+/// The values of eight windows: the first value of all windows, then the second value of all windows, and so on. A
+/// missing window has infinite values.
 type Windows = [Lanes; NUMBERS];
-/// The least and largest value of each number, for eight boxes. A missing box is infinitely far away.
+/// For eight boxes, the smallest and the largest of each value. A missing box is infinitely far away.
 type Boxes = [[Lanes; 2]; NUMBERS];
-/// The least and largest value of each number in a box.
+/// The smallest and the largest of each value in a box.
 type BoundingBox = [[f32; 2]; NUMBERS];
 
 /// Successive windows of a clip: eight, or fewer at the end of the clip.
@@ -91,8 +91,9 @@ impl NeighbourIndex {
         &self.blocks
     }
 
-    /// Finds the blocks, starting at `place`, that have windows within the root of `limit` of windows of this block.
-    /// Each result has its place and bits: for each window of this block, the near windows of the other.
+    /// Finds the blocks with a window near a window of the block at `place`: the distance is at most the square root of
+    /// `limit`. Blocks before `place` are skipped. A result has the place of the found block and a byte for each window
+    /// of the block at `place`. The bits of this byte mark the near windows of the found block.
     pub fn of(&self, place: usize, limit: f32, found: &mut Vec<(usize, [u8; LANES])>) {
         found.clear();
         let own = self.own_box(place);
@@ -147,8 +148,8 @@ fn beside(boxes: &[BoundingBox]) -> Boxes {
     all
 }
 
-/// Sorts boxes so that near boxes are together. It halves them along the number in which they differ most, and repeats
-/// this with both halves. The first half fills whole boxes of the next level.
+/// Sorts boxes so that near boxes are together. The function halves the list along the value in which the boxes differ
+/// most, and repeats this with both halves. The first half fills whole boxes of the next level.
 fn arrange(boxes: &mut [(Block, BoundingBox)]) {
     if boxes.len() <= LANES {
         return;
@@ -179,7 +180,8 @@ fn arrange(boxes: &mut [(Block, BoundingBox)]) {
 }
 
 wide::dispatch! {
-    /// The squared distance of a box from eight others. Stops early, with smaller values, if all are above `limit`.
+    /// The squared distances of a box from eight other boxes. If all are above `limit`, the function stops early, and
+    /// the results are smaller than the distances.
     fn box_distances(own: &BoundingBox, others: &Boxes, limit: f32) -> Lanes {
         let mut sums = [0.0; LANES];
         for start in (0..NUMBERS).step_by(LANES) {
@@ -202,7 +204,7 @@ wide::dispatch! {
 }
 
 wide::dispatch! {
-    /// For each of eight windows, which of eight others are within the root of `limit`, as bits.
+    /// For each window of `own`, a byte whose bits mark the windows of `others` within the square root of `limit`.
     fn near_windows(own: &Windows, others: &Windows, limit: f32) -> [u8; LANES] {
         let mut near = [0; LANES];
         for (row, near) in near.iter_mut().enumerate() {
@@ -228,7 +230,7 @@ wide::dispatch! {
     }
 }
 
-/// Whether all eight numbers are above a limit.
+/// Whether all eight values are above a limit.
 #[inline(always)]
 fn are_all_above(numbers: &Lanes, limit: f32) -> bool {
     let mut are = true;

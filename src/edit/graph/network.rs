@@ -1,4 +1,4 @@
-//! A graph with its clips, over which walks are searched.
+//! Combines a graph with its clips, so that walks can be searched.
 
 use std::sync::OnceLock;
 
@@ -8,7 +8,7 @@ use super::clouds::{CloudSpace, Clouds};
 use super::distance::{Alignment, Window};
 use super::{GraphClip, GraphTransition, MotionGraph};
 
-/// A graph and its clips, over which walks are searched.
+/// A graph and its clips, in which walks are searched.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub struct Network<'a> {
     pub(super) clips: Vec<GraphClip>,
     pub(super) rate: f64,
     pub(super) threshold: f64,
-    /// The transitions of the largest component, ordered by the frames that they leave.
+    /// The transitions of the largest component, in the order of the frames at which they leave a clip.
     exits: Vec<GraphTransition>,
     /// The alignment of each transition, computed when a walk first needs it.
     alignments: Vec<OnceLock<Alignment>>,
@@ -31,7 +31,7 @@ pub struct Network<'a> {
 pub(super) struct Hastes {
     /// The speed above which a joint counts as fast, in metres per frame.
     pub(super) fast: OnceLock<f64>,
-    /// For each transition, its share of fast speeds.
+    /// For each transition, the fraction of its joint speeds that are fast.
     pub(super) of_exits: Vec<OnceLock<f64>>,
 }
 
@@ -46,7 +46,7 @@ impl<'a> Network<'a> {
         let stated = &graph.clips;
         if own.len() != stated.len() {
             return refuse(format!(
-                "the graph has {} clips, and its files {}",
+                "the graph has {} clips, but its files have {}",
                 stated.len(),
                 own.len()
             ));
@@ -55,7 +55,7 @@ impl<'a> Network<'a> {
             let [now, then] = [own, stated].map(|clip| [clip.animation, clip.frames]);
             if now != then {
                 return refuse(format!(
-                    "{} has animation {} of {} frames in the graph, and its file animation {} of {}",
+                    "in the graph, {} has animation {} of {} frames; in its file, animation {} of {}",
                     stated.file, then[0], then[1], now[0], now[1]
                 ));
             }
@@ -68,7 +68,7 @@ impl<'a> Network<'a> {
         let mut exits: Vec<GraphTransition> = graph.transitions.iter().filter(inside).copied().collect();
         exits.sort_by_key(|exit| (exit.from, exit.to));
         if exits.is_empty() {
-            return refuse("no transition of the graph is within the parts of its clips".to_owned());
+            return refuse("no transition of the graph lies within the kept parts of the clips".to_owned());
         }
         Ok(Self {
             space,
@@ -98,7 +98,7 @@ impl<'a> Network<'a> {
         &self.exits[start..end.max(start)]
     }
 
-    /// The motion over the ground that aligns the clip which a transition enters with the clip that it leaves.
+    /// The rigid motion over the ground that aligns the clip that a transition enters with the clip that it leaves.
     pub(super) fn alignment(&self, exit: &GraphTransition) -> Alignment {
         match self.index_of(exit) {
             Some(index) => *self.alignments[index].get_or_init(|| self.align(exit)),
@@ -122,14 +122,14 @@ impl<'a> Network<'a> {
         )
     }
 
-    /// The first clip that has a part in the component, and this part.
+    /// The first clip with frames in the largest component, and the first and the last of these frames.
     pub(super) fn first_part(&self) -> Result<(usize, [usize; 2])> {
         let mut parts = self.clips.iter().enumerate();
         let found = parts.find_map(|(index, clip)| Some((index, clip.part?)));
         found.ok_or_else(|| Diagnostic::new(Code::InvalidGraph, "no clip has a part in the graph").into())
     }
 
-    /// The error for a file whose parts do not form a strongly connected component.
+    /// The error for a file in which a walk comes to a dead end. mocap writes no such file.
     pub(super) fn dead_end(&self, clip: usize, frame: usize) -> mocap_scene::error::Error {
         let file = &self.clips[clip].file;
         let message = format!("no transition of the graph leaves {file} after frame {frame}");

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphClip {
-    /// The path of its file, as given to the graph.
+    /// The path of the file of the clip, as the user gave it.
     pub file: String,
     /// The SHA-256 of the file in hexadecimal digits; empty if unknown.
     pub sha256: String,
@@ -23,8 +23,8 @@ pub struct GraphClip {
     pub part: Option<[usize; 2]>,
 }
 
-/// A place where a figure can pass from one moment to another. The two clips are blended over one window, from the
-/// frame of departure to the frame of arrival.
+/// A transition between two clips, or within one clip. Over one window, the motion is blended from the clip that the
+/// figure leaves to the clip that it enters.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,9 +32,9 @@ pub struct GraphClip {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphTransition {
-    /// The clip and the frame of departure.
+    /// The index of the clip that the figure leaves, and the frame at which the blend starts.
     pub from: [usize; 2],
-    /// The clip and the frame of arrival.
+    /// The index of the clip that the figure enters, and the frame at which the blend ends.
     pub to: [usize; 2],
     /// The distance of the two windows, in metres.
     pub distance: f32,

@@ -1,11 +1,12 @@
-//! Walks along a path over the ground, by a beam search.
+//! Finds a walk along a path over the ground, by a beam search.
 //!
-//! The figure chooses its speed: its progress is the point of the path nearest to it. The cost of a walk is the sum of
-//! the squared distances from the path, frame by frame, plus a small cost for each frame and each transition. Walks are
-//! compared at equal progress. Of all walks in the same frame of a clip and at the same place, only the cheapest
-//! continues, and overall only a number of the cheapest. The first half of the best walk over some metres is kept, and
-//! the search continues from its end. Branch and bound, as in section 5 of the paper, finds the best walk too. But if
-//! clips are much alike, it examines too many walks before it abandons a bad beginning.
+//! The speed of the figure is free. The progress of a walk is the distance along the path to the point that is nearest
+//! to the figure. The cost of a walk is the sum of the squared distances from the path, frame by frame, plus a small
+//! cost for each frame and each transition. Walks are compared at equal progress. Of all walks in the same frame of a
+//! clip and at the same position, only the cheapest continues. Of the remaining walks, only the [`BEAM`] cheapest
+//! continue. The first half of the best walk over some metres is kept, and the search continues from its end. Branch
+//! and bound, as in section 5 of the paper, finds the best walk too. But if clips are very similar, branch and bound
+//! examines too many walks before it abandons a bad beginning.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -19,35 +20,39 @@ use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
 
-/// The length of path that is searched ahead, in metres: some steps, within which transitions occur.
+/// The length of path that is searched ahead, in metres. It is the length of several footsteps, so that it contains
+/// transitions.
 const AHEAD: f64 = 6.0;
 
 /// The length of path for which the best walk is kept, in metres. It is half of `AHEAD`, so that the search sees beyond
 /// it.
 const KEPT: f64 = 3.0;
 
-/// The length of path between two comparisons of walks, in metres: a twentieth of a step.
+/// The length of path between two comparisons of walks, in metres. It is about a twentieth of a footstep.
 const STRETCH: f64 = 0.05;
 
 /// The number of walks that continue after a comparison. The search time grows with it.
 const BEAM: usize = 400;
 
-/// The distance within which two walks in one frame of a clip count as equal, in metres. It is not visible on a path.
+/// The distance within which two walks in one frame of a clip count as equal, in metres. A difference of this size is
+/// not visible.
 const SAME_PLACE: f64 = 0.03;
 
-/// The angle within which two walks count as equal, in radians: 3 degrees, which move the end of 6 m of path by 0.3 m.
+/// The angle within which two walks count as equal, in radians. It is 3 degrees, which is 0.3 m after 6 m of path.
 const SAME_TURN: f64 = 0.05;
 
-/// The number of frames per second of a clip at which a walk can begin: a step takes half a second.
+/// The number of frames per second of a clip at which a walk can begin. A footstep takes half a second.
 const STARTS: f64 = 3.0;
 
 /// The largest number of beginnings. Each costs as much time as a walk of the beam.
 const MOST_STARTS: usize = 2000;
 
-/// The cost of a transition at the threshold, in m^2: as much as a second of motion at 3 cm from the path.
+/// The cost of a transition whose distance is the threshold, in m^2. A second of motion at 3 cm from the path costs as
+/// much.
 const COST_OF_TRANSITION: f64 = 0.03;
 
-/// The cost of a frame, in m^2, so that no figure stands still without need: as much as a frame at 2 cm from the path.
+/// The cost of each frame, in m^2, so that no figure stands still without need. A frame at 2 cm from the path costs as
+/// much.
 const COST_OF_FRAME: f64 = 4e-4;
 
 /// The largest distance of a walk from the path, in metres. A walk farther away does not follow it.
@@ -59,7 +64,7 @@ pub(super) const LOOKED_AT: f64 = 0.5;
 /// The longest path, in metres. It would take more than a day to search.
 const LONGEST: f64 = 1e4;
 
-/// The slowest walk along a path, in m/s. A slower figure stands.
+/// The lowest speed of a walk along a path, in m/s. A slower figure counts as standing.
 const SLOWEST: f64 = 0.1;
 
 /// A partial walk: the frame of the clip, the transform of the figure, the progress along the path, and the cost.
@@ -71,10 +76,10 @@ struct State {
     along: f64,
     cost: f64,
     frames: usize,
-    /// The index of its beginning, and of its last transition.
+    /// The index of the beginning of this walk, and the index of its last transition.
     start: usize,
     taken: Option<usize>,
-    /// The number of frames after which it reached the end of the stretch; `None` before.
+    /// The number of frames after which the walk reached the end of the stretch. `None` if it has not reached the end.
     ended: Option<usize>,
 }
 
@@ -96,13 +101,14 @@ struct Search<'a> {
     taken: Vec<PathStep>,
     /// The walks that can continue, grouped by progress.
     open: Vec<BinaryHeap<OpenWalk>>,
-    /// The number of these walks so far, and the farthest progress.
+    /// The number of walks that were added to `open`, and the farthest progress of a walk.
     pushed: usize,
     reached: f64,
     best: Option<State>,
 }
 
-/// A walk that can continue. The cheapest comes first; of equally cheap walks, the oldest.
+/// A walk that can continue. The cheapest walk comes first. Of equally cheap walks, the walk that was found first comes
+/// first.
 struct OpenWalk {
     state: State,
     number: usize,
@@ -130,12 +136,13 @@ impl PartialEq for OpenWalk {
 }
 
 impl Network<'_> {
-    /// A walk along a path over the ground, through points in metres along the two axes of the ground. These are x and
-    /// z if +Y is up, x and y if +Z is. It begins at the first, and ends at the last.
+    /// Finds a walk along a path over the ground. The path is a line through points, which are given in metres along
+    /// the two axes of the ground. These axes are x and z if +Y is up, and x and y if +Z is up. The walk begins at the
+    /// first point and ends at the last.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for fewer than two points, equal ones one after another, numbers that are not finite, or
-    /// where no walk gets on along the path.
+    /// [`Code::InvalidValue`] for fewer than two points, for equal successive points, for numbers that are not finite,
+    /// and if no walk can follow the path.
     pub fn along(&self, points: &[[f64; 2]]) -> Result<Walk> {
         let path = line(points.iter().map(|point| self.over_ground(*point)).collect())?;
         let mut starts = self.starts(&path);
@@ -175,7 +182,7 @@ impl Network<'_> {
         }
     }
 
-    /// Transforms a point along the axes of the ground in the world to the axes of the clouds.
+    /// Transforms a point from the axes of the ground in the world to the axes of the point clouds.
     fn over_ground(&self, [first, second]: [f64; 2]) -> DVec2 {
         let upright = self.space.up.abs().max_position();
         let mut axes = DVec3::AXES.into_iter().enumerate().filter(|(axis, _)| *axis != upright);
@@ -184,7 +191,7 @@ impl Network<'_> {
         DVec2::from(self.space.ground.map(|axis| axis.as_dvec3().dot(point)))
     }
 
-    /// The possible beginnings of a walk, each moved to the beginning of the path and turned along it.
+    /// The possible beginnings of a walk. Each is moved to the beginning of the path, and turned along the path.
     fn starts(&self, path: &Polyline) -> Vec<State> {
         let step = (self.rate / STARTS).ceil() as usize;
         let second = self.rate.ceil() as usize;
@@ -270,7 +277,7 @@ impl Network<'_> {
 impl<'a> Search<'a> {
     fn new(network: &'a Network<'a>, path: &'a Polyline, start: &State) -> Self {
         let begin = start.along;
-        // A rest too short for a stretch of its own is added to this stretch.
+        // If the rest of the path is too short for another stretch, it is added to this stretch.
         let end = match begin + AHEAD + KEPT < path.length() {
             true => begin + AHEAD,
             false => path.length(),
@@ -390,7 +397,7 @@ fn line(points: Vec<DVec2>) -> Result<Polyline> {
         let length = pair[0].distance(pair[1]);
         if !length.is_finite() || length <= 0.0 {
             return refuse(format!(
-                "points {} and {} of the path are {length} m apart",
+                "the points {} and {} of the path must differ, but are {length} m apart",
                 index + 1,
                 index + 2
             ));

@@ -1,4 +1,4 @@
-//! Random walks of any length.
+//! Finds random walks of any duration.
 
 use std::collections::BTreeMap;
 
@@ -12,18 +12,18 @@ use super::walk::Walk;
 /// The longest walk, in seconds: a day.
 const LONGEST: f64 = 86_400.0;
 
-/// The least time in a clip before the walk leaves it again, in seconds, if possible.
+/// The shortest time that a walk stays in a clip, in seconds, if the graph allows it.
 const STAY: f64 = 0.5;
 
-/// The time ahead in which transitions are considered, in seconds.
+/// The search considers the transitions within this time ahead, in seconds.
 const AHEAD: f64 = 4.0;
 
 impl Network<'_> {
-    /// A walk that lasts `seconds`. It prefers moments that it visited seldom, and transitions of small distance.
-    /// Another seed gives another walk.
+    /// Finds a random walk that lasts `seconds`. The walk prefers frames that it has seldom visited, and transitions
+    /// with a small distance. Another `seed` gives another walk.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for a length that is not above 0 or more than a day; [`Code::InvalidGraph`] if the walk
+    /// [`Code::InvalidValue`] if `seconds` is not above 0 or is more than a day; [`Code::InvalidGraph`] if the walk
     /// cannot continue, which never happens in a graph that mocap built.
     pub fn random(&self, seconds: f64, seed: u64) -> Result<Walk> {
         positive(Code::InvalidValue, "seconds", seconds)?;

@@ -10,25 +10,26 @@ use super::network::Network;
 use super::walk::Walk;
 use super::{GraphClip, GraphTransition};
 
-/// The cost of a second of motion, where a transition at the threshold costs 1. Of two equally good chains of
-/// transitions, the shorter wins.
+/// The cost of a second of motion, relative to a transition whose distance is the threshold. It is a number. Because of
+/// this cost, the shorter of two equally good walks wins.
 const COST_OF_SECOND: f64 = 0.2;
 
-/// How the search reached a frame.
+/// The step by which the search reached a frame.
 #[derive(Clone, Copy)]
 enum Step {
     Start,
-    /// From this frame of the same clip.
+    /// From the frame with this index in the same clip.
     On(usize),
-    /// By a transition.
+    /// By this transition.
     By(GraphTransition),
 }
 
 impl Network<'_> {
-    /// The cheapest walk that begins in the first of some clips and passes through the others in order. Each entry is a
-    /// clip of the graph and an optional time in the clip, in seconds. Without a time, the walk begins at the start of
-    /// the first clip's part and ends at the end of the last clip's part. It passes the middle of the other clips'
-    /// parts. The cost of a transition is its distance.
+    /// Finds the cheapest walk that begins in the first clip of `clips` and passes through the other clips in order.
+    /// Each entry is the index of a clip and an optional time in this clip, in seconds. Without a time, the walk begins
+    /// at the start of the first clip's part and ends at the end of the last clip's part. Each clip between them is
+    /// passed in the middle of its part. The part of a clip is the range of frames that belong to the graph. The cost
+    /// of a transition is its distance.
     ///
     /// # Errors
     /// - [`Code::InvalidValue`] for fewer than two clips, a clip that the graph lacks, or a time outside its part of
@@ -36,7 +37,7 @@ impl Network<'_> {
     /// - [`Code::InvalidGraph`] if there is no walk, which happens in no graph that mocap built
     pub fn through(&self, clips: &[(usize, Option<f64>)]) -> Result<Walk> {
         if clips.len() < 2 {
-            let message = format!("a walk goes through two clips or more, got {}", clips.len());
+            let message = format!("a walk needs two clips or more to pass through, got {}", clips.len());
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let mut moments = Vec::new();
@@ -82,7 +83,7 @@ impl Network<'_> {
         Err(Diagnostic::new(Code::InvalidValue, message).into())
     }
 
-    /// The transitions of the cheapest walk from one moment to another.
+    /// The transitions of the cheapest walk from the frame `from` to the frame `to`, each with its clip.
     fn cheapest(&self, from: [usize; 2], to: [usize; 2]) -> Result<Vec<GraphTransition>> {
         let mut points: BTreeMap<[usize; 2], (f64, Step)> = BTreeMap::new();
         let ends = self.exits().iter().flat_map(|exit| [exit.from, exit.to]);

@@ -1,4 +1,4 @@
-//! A walk over a graph: pieces of clips, one after another.
+//! Defines a walk through a motion graph: pieces of clips, one after another.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use super::GraphTransition;
 use super::distance::Alignment;
 use super::network::Network;
 
-/// A walk over a graph. [`Walk::motion`](crate::graph::report::Walk::motion) turns it into a motion.
+/// A walk: a path through a motion graph. [`Walk::motion`](crate::graph::report::Walk::motion) turns it into a motion.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,17 +17,17 @@ use super::network::Network;
 pub struct Walk {
     /// The pieces in order. Successive pieces are blended over the length of a window.
     pub pieces: Vec<WalkPiece>,
-    /// Frames per second of the pieces.
+    /// The frame rate at which the frames of the pieces are counted, in frames per second.
     pub rate: f64,
-    /// The frames of a window.
+    /// The number of frames of a window, over which two pieces are blended.
     pub window: usize,
-    /// The placement of each piece on the ground.
+    /// For each piece, the rigid motion over the ground that moves the clip to its position in the walk.
     pub(crate) placements: Vec<Alignment>,
-    /// The shift and turn of each frame that bring it onto the path. Empty for a walk without a path.
+    /// For each frame, the shift and the turn that bring the figure onto the path. Empty for a walk without a path.
     pub(crate) bends: Vec<Bend>,
-    /// The distance of the walk from its path.
+    /// How near the walk is to its path. `None` for a walk without a path.
     pub(crate) followed: Option<WalkPath>,
-    /// The requested length in seconds. The rest is cut off.
+    /// The requested duration in seconds. Later frames are cut off.
     pub(crate) length: f64,
 }
 
@@ -37,17 +37,18 @@ pub struct Walk {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WalkPiece {
-    /// The clip.
+    /// The index of the clip in the graph.
     pub clip: usize,
     /// The frame at which the blend from the previous piece ends.
     pub first: usize,
     /// The frame at which the blend to the next piece begins.
     pub last: usize,
-    /// The distance of the two moments of the transition to this piece, in metres; 0 for the first piece.
+    /// The distance between the two windows of the transition to this piece, in metres. It is 0 for the first piece.
     pub distance: f32,
 }
 
-/// The deviation of a walk from its path: the position of the body's mean, and its direction over a second.
+/// How far a walk is from its path. The position of the figure is the mean of its joints, and its direction is measured
+/// over one second.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -72,13 +73,14 @@ pub struct WalkPath {
     pub mean_distance: f64,
     /// The largest distance of the figure from the path, in metres.
     pub largest_distance: f64,
-    /// The mean angle between the directions of the figure and the path, in degrees.
+    /// The mean angle between the direction in which the figure moves and the direction of the path, in degrees.
     pub mean_angle: f64,
-    /// The largest angle between both directions, in degrees.
+    /// The largest angle between the direction in which the figure moves and the direction of the path, in degrees.
     pub largest_angle: f64,
 }
 
-/// The largest distance in metres and angle in degrees at which a path counts as followed.
+/// A walk follows its path if its largest distance is at most the first value, in metres, and its largest angle at most
+/// the second value, in degrees.
 const FOLLOWED: (f64, f64) = (0.1, 10.0);
 
 impl fmt::Display for WalkPath {
@@ -91,7 +93,7 @@ impl fmt::Display for WalkPath {
         match self.largest_distance <= FOLLOWED.0 && self.largest_angle <= FOLLOWED.1 {
             true => Ok(()),
             false => f.write_str(
-                ": no moves of the clips follow it more closely; add clips that turn as the path does, mirror them, or \
+                ": these clips follow the path no more closely; add clips that turn as the path does, mirror them, or \
                  raise the threshold",
             ),
         }
@@ -99,7 +101,7 @@ impl fmt::Display for WalkPath {
 }
 
 impl Walk {
-    /// A walk that begins at a frame of a clip, which `placement` moves.
+    /// Begins a walk at a frame of a clip. `placement` moves the clip over the ground.
     pub(super) fn begin(network: &Network<'_>, clip: usize, frame: usize, placement: Alignment) -> Self {
         Self {
             pieces: vec![WalkPiece {
@@ -117,7 +119,7 @@ impl Walk {
         }
     }
 
-    /// Continues to the frame at which a transition leaves the clip, and then to its target.
+    /// Continues the walk in its clip up to the start of a transition, and then by the transition to its target.
     pub(super) fn take(&mut self, network: &Network<'_>, exit: &GraphTransition) {
         let own = self.placements.last().copied().unwrap_or(Alignment::NONE);
         self.stay_until(exit.from[1]);
@@ -130,20 +132,20 @@ impl Walk {
         self.placements.push(own.after(&network.alignment(exit)));
     }
 
-    /// Continues in the clip to a frame.
+    /// Continues the walk in its clip to a frame.
     pub(super) fn stay_until(&mut self, frame: usize) {
         if let Some(piece) = self.pieces.last_mut() {
             piece.last = frame.max(piece.first);
         }
     }
 
-    /// The frames of the walk at its rate, without the first.
+    /// The number of frames of the walk at the rate of the graph, without the first frame.
     pub(super) fn frames(&self) -> usize {
         let within: usize = self.pieces.iter().map(|piece| piece.last - piece.first).sum();
         within + self.pieces.len().saturating_sub(1) * (self.window - 1)
     }
 
-    /// The length in seconds.
+    /// The duration of the walk, in seconds.
     pub fn seconds(&self) -> f64 {
         (self.frames() as f64 / self.rate).min(self.length)
     }
@@ -174,8 +176,9 @@ impl Bend {
     }
 }
 
-/// The weight of the second clip in a transition: equation 3 of the paper. Its speed has no jump at both ends. Between
-/// the ends, it is slower than smoother curves, so joints are hardly faster than in the clips.
+/// The weight of the second clip in a transition, by equation 3 of Kovar, Gleicher and Pighin. `part` is the fraction
+/// of the transition that is done. The speed of this curve does not jump at either end. Between the ends, it is slower
+/// than smoother curves, so joints are hardly faster than in the clips.
 pub(crate) fn smooth(part: f64) -> f64 {
     part * part * (3.0 - 2.0 * part)
 }

@@ -1,4 +1,4 @@
-//! Removes the sliding of an animal's paws in stance.
+//! Removes the sliding of an animal's paws during ground contact.
 
 use glam::{DVec3, Vec3};
 use mocap_figure::Figure;
@@ -11,11 +11,11 @@ use mocap_scene::scene::{NodeId, Scene};
 use super::FootLockReport;
 use crate::frames::Frames;
 
-/// The largest shift of a paw, as a fraction of the leg, as in retargeting.
+/// The largest shift of a paw, as a fraction of the leg. Retargeting has the same limit.
 const FARTHEST: f64 = 0.3;
 
-/// Holds the paws of a four-legged animal at their mean place in each stance. A shift fades in and out within `blend`
-/// seconds.
+/// Holds each paw of a four-legged animal at its mean position during each contact. A shift fades in and out within
+/// `blend` seconds.
 pub(super) fn lock_paws(
     scene: &mut Scene,
     animation: usize,

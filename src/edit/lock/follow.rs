@@ -1,5 +1,5 @@
-//! Makes a foot follow the foot of a source motion: at the same height above the floor, at rest at the same time, and
-//! with steps in proportion.
+//! Makes a foot of a retargeted motion follow the foot of the source motion. Both feet have the same height above the
+//! floor (scaled to the body), are at rest at the same time, and make footsteps in proportion.
 
 use glam::{Quat, Vec3};
 use mocap_figure::{Figure, HumanoidBone, Side};
@@ -12,8 +12,8 @@ use super::weights::FootLockWeights;
 use crate::body::Leg;
 use crate::contacts::DetectedContacts;
 
-/// The least height of a foot in the air, as a multiple of the largest height on the ground. Between both, the weight
-/// of the ground contact changes smoothly.
+/// The smallest height of a foot in the air, as a multiple of the largest height of a foot on the ground. Between the
+/// two heights, the weight of the ground contact changes smoothly.
 const IN_THE_AIR: f64 = 3.0;
 
 /// The feet of a source motion, which the feet of a retargeted motion follow.
@@ -22,10 +22,11 @@ pub struct FootGuide<'a> {
     /// The contacts of the source motion.
     #[doc(hidden)]
     pub contacts: &'a DetectedContacts,
-    /// The height in units of the scene for each metre of height on the source.
+    /// The ratio of heights of a foot: the height in the retargeted motion, in units of its scene, for each metre of
+    /// height in the source.
     #[doc(hidden)]
     pub units_per_metre: f32,
-    /// The scale and rotation from an offset over the ground on the source to the offset here.
+    /// The scale and the rotation that convert an offset over the ground from the source to the retargeted motion.
     #[doc(hidden)]
     pub scale: f32,
     #[doc(hidden)]
@@ -43,7 +44,7 @@ pub struct FootGuide<'a> {
     pub weights: FootLockWeights,
 }
 
-/// A foot that follows the foot of a source.
+/// A foot that follows the foot of a source motion.
 pub(super) struct FootFollower {
     pub(super) leg: LegTrack,
     /// The points of the source's foot, in the order of `leg.points`.
@@ -58,18 +59,18 @@ pub(super) struct FootFollower {
 
 /// A contact point of the source's foot over time.
 struct SourceTrack {
-    /// The steps over the ground, scaled to this body.
+    /// The movement over the ground from each frame to the next, scaled to this body.
     steps: Vec<Vec3>,
     /// The height of the point above its resting level on the source, in metres.
     above_rest: Vec<f32>,
 }
 
-/// The wanted heights of the points of contact above their resting level.
+/// The heights above their resting levels that the contact points should have.
 #[derive(Clone, Copy, Debug, Default)]
 struct Heights {
     ankle: f32,
     ball: Option<f32>,
-    /// 1 on the ground, 0 in the air.
+    /// The weight of the ground contact: 1 on the ground, 0 in the air.
     weight: f32,
 }
 
@@ -78,7 +79,7 @@ struct Heights {
 pub(super) struct Lift {
     /// The shift that brings the foot to the height of the source's foot.
     wanted: f32,
-    /// The least shift at which no part of the foot is below the floor.
+    /// The smallest upward shift at which no part of the foot is below the floor.
     least: f32,
     /// 1 on the ground, 0 in the air.
     pub(super) weight: f32,
@@ -130,14 +131,15 @@ impl FootFollower {
         self.heights.get(frame).map_or(0.0, |heights| heights.weight)
     }
 
-    /// The contact points, each with the step of the source's point from a frame to the next, and the height of that
-    /// point.
+    /// The contact points. Each has the movement of the source's point from this frame to the next, and the height of
+    /// the source's point.
     fn steps(&self, frame: usize) -> impl Iterator<Item = (&ContactTrack, Vec3, f32)> {
         let points = self.leg.points.iter().zip(&self.sources);
         points.filter_map(move |(point, source)| Some((point, *source.steps.get(frame)?, source.above_rest[frame])))
     }
 
-    /// Of the points at rest in a frame and the next, the slowest on the source, with the step of the source's point.
+    /// Of the points at rest in this frame and in the next: the point that is slowest on the source, with the movement
+    /// of the source's point.
     fn slowest_at_rest(&self, frame: usize) -> Option<(&ContactTrack, Vec3)> {
         let points = self.leg.points.iter().zip(&self.sources);
         let steps = points.map(|(point, source)| (point, source.steps.get(frame).copied().unwrap_or_default()));
@@ -149,8 +151,8 @@ impl FootFollower {
     /// the source's foot. `held` accumulates the distance between the source's foot and the foot at rest.
     fn change(&self, frame: usize, up: Vec3, held: &mut Vec3, gives_way: f32) -> Vec3 {
         if let Some((point, followed)) = self.slowest_at_rest(frame) {
-            // Reduces the distance slowly: if the source's feet slide all the time, the body would leave its feet
-            // behind.
+            // Reduces this distance slowly. Without this, the body would leave its feet behind if the source's feet
+            // slide all the time.
             let back = *held * gives_way;
             *held -= followed + back;
             return -point.step(frame, up) - back;
@@ -204,7 +206,8 @@ impl Foot for FootFollower {
         self.leg.see_points(pose);
     }
 
-    /// Rotates the foot so that its ball is as high above the ankle as on the source, and no part is below the floor.
+    /// Rotates the foot so that the height difference between ball and ankle is as on the source, and no part of the
+    /// foot is below the floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
         let ankle = self.leg.leg.ankle;
         if let Some(follow) = self.heights.get(frame)
@@ -226,7 +229,7 @@ impl Foot for FootFollower {
         turn_up(pose, &self.leg.sole, up, floor);
     }
 
-    /// Of the points at rest, the one that is slowest on the source.
+    /// Of the points at rest, the point that is slowest on the source.
     fn resting(&self, frame: usize) -> Option<&ContactTrack> {
         self.slowest_at_rest(frame).map(|(point, _)| point)
     }

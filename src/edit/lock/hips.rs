@@ -7,8 +7,8 @@ use super::hold::Hold;
 use super::leg::Foot;
 use super::shift;
 
-/// The shifts of the hips that let the legs follow the source without bending more. They are the smoothed shifts of the
-/// feet on the ground. Completes the shifts of the feet.
+/// Returns the shifts of the hips, for feet that follow a source. They are the smoothed shifts of the feet on the
+/// ground, so that the legs do not bend more than on the source. Also completes the shifts of the feet.
 pub(super) fn follow(feet: &mut [FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let mut carried = carried(feet, held, up, blend);
     for (foot, held) in feet.iter_mut().zip(held) {
@@ -40,7 +40,7 @@ fn carried(feet: &[FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: u
     shift::smooth(&both, blend)
 }
 
-/// For each frame, the distance by which the hips must be lowered so that both legs reach.
+/// For each frame, the distance by which the hips must be lowered so that both legs reach the goals of their feet.
 fn needed_lowering(feet: &[FootFollower], carried: &[Vec3], up: Vec3) -> Vec<f32> {
     let of_leg = |foot: &FootFollower, frame: usize, carried: Vec3| {
         let leg = &foot.leg;
@@ -58,7 +58,8 @@ fn needed_lowering(feet: &[FootFollower], carried: &[Vec3], up: Vec3) -> Vec<f32
     carried.iter().enumerate().map(of_frame).collect()
 }
 
-/// The least height by which the end of `offset` must rise to be within `reach`; `None` if no height is enough.
+/// The smallest height by which the end of `offset` must rise so that its length is at most `reach`. `None` if no
+/// height is enough.
 pub(super) fn rise_to_reach(offset: Vec3, reach: f32, up: Vec3) -> Option<f32> {
     let beyond = offset.length_squared() - reach * reach;
     if beyond <= 0.0 {
@@ -70,9 +71,9 @@ pub(super) fn rise_to_reach(offset: Vec3, reach: f32, up: Vec3) -> Option<f32> {
     (along < 0.0 && square >= 0.0).then(|| -along - square.sqrt())
 }
 
-/// The shifts of the hips that keep the knees near their places while feet are locked. If a change is larger than
-/// `limit`, the locks of the feet that cause it are relaxed, and these feet keep a part of their slide. Completes the
-/// shifts of the feet.
+/// Returns the shifts of the hips that keep the knees near their positions while feet are locked. If a knee or the hips
+/// would move farther than `limit`, the feet that cause it are shifted less, and keep a part of their sliding. Also
+/// completes the shifts of the feet.
 pub(super) fn spare_knees(
     feet: &mut [Hold],
     mut held: Vec<Vec<Option<Vec3>>>,
@@ -90,7 +91,7 @@ pub(super) fn spare_knees(
     let is_limited = limit.is_finite();
     for _ in 0..if is_limited { ROUNDS } else { 0 } {
         let [left, right, hips] = changes(feet, &carried);
-        // The factor of a shift whose largest change is `change`.
+        // The factor that reduces a shift which moves a knee or the hips by `change`.
         let factor = |change: f32| (BELOW * limit / change).clamp(0.5, 1.0);
         if [&left, &right, &hips]
             .into_iter()
@@ -132,7 +133,7 @@ pub(super) fn spare_knees(
 /// The largest number of rounds that reduce shifts to keep the limit. Each halves a shift at most.
 const ROUNDS: usize = 10;
 
-/// The fraction of the limit at which a round aims, so that rounding does not exceed the limit.
+/// A round aims at this fraction of the limit, so that rounding errors do not exceed the limit.
 const BELOW: f32 = 0.98;
 
 fn quarter(blend: usize) -> usize {
@@ -165,12 +166,12 @@ fn changes(feet: &[Hold], carried: &[Vec3]) -> [Vec<f32>; 3] {
     ]
 }
 
-/// The shifts of the hips with the least sum of squares, smoothed. The sum has the shift itself and the sideways
-/// displacements of the knees of feet on the ground. Completes the shifts of the feet.
+/// Returns the smoothed shifts of the hips with the smallest sum of squares. The sum has the shift of the hips, and the
+/// sideways displacements of the knees whose feet are on the ground. Also completes the shifts of the feet.
 fn balanced(feet: &mut [Hold], held: &[Vec<Option<Vec3>>], lifted: &[Vec<f32>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let frames = lifted.first().map_or(0, Vec::len);
     let still = vec![Vec3::ZERO; frames];
-    // The weight of a foot rises before it is on the ground.
+    // The weight of a foot rises before the foot touches the ground.
     let mut importance: Vec<Vec<f32>> = Vec::new();
     for ((foot, held), lifted) in feet.iter_mut().zip(held).zip(lifted) {
         foot.shift(held, lifted, up, blend, &still);

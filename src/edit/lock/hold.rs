@@ -15,7 +15,7 @@ use crate::contacts::DetectedContacts;
 /// The largest distance of an offset from the median offset of its contact, in metres. Other offsets are noise.
 const NEAR: f32 = 0.02;
 
-/// The offset from its level that a foot keeps, in metres. Soles of shoes differ by as much.
+/// The part of a foot's height offset that is not corrected, in metres. The soles of shoes differ by as much.
 const LEAST: f32 = 0.01;
 
 /// The smallest height offset, in metres, at which a foot stands on an object instead of the ground. It is below the
@@ -93,8 +93,9 @@ impl Hold {
             .collect();
     }
 
-    /// The offset by which the foot is lifted to its level, in the frames of a contact that show it. The ball counts if
-    /// it rests at all, otherwise the ankle. `None` if the foot stands on something else.
+    /// For each frame of a contact, the offset that lifts or lowers the foot to its level. A frame has no offset if the
+    /// point is not at rest, or its offset is far from the median. The point is the ball if the ball rests at all,
+    /// otherwise the ankle. `None` if the foot is so far from its level that it stands on something else.
     fn off_level(&self, frames: std::ops::Range<usize>, up: Vec3) -> Option<Vec<Option<Vec3>>> {
         let off = |point: &ContactTrack, level: f32| -> Vec<Option<f32>> {
             let off = |frame: usize| point.at_rest[frame].then(|| level - point.positions[frame].dot(up));
@@ -120,18 +121,20 @@ impl Hold {
             .for_each(|hinge| hinge.land_softly(up, floor, radius));
     }
 
-    /// The depth of the whole foot below its resting level: the least depth of its points, or the depth of the ankle
-    /// below the floor if this is larger.
+    /// The depth of the whole foot below its resting level. It is the least depth of the points, but at least the depth
+    /// of the ankle below the floor. If the levels are known and all points are at rest, the foot stands flat. Then the
+    /// largest depth counts, because raising the ball alone would bend the foot in each frame by another angle.
     fn sunk(&self, frame: usize, up: Vec3, floor: f32) -> f32 {
-        let points = self.leg.points.iter();
+        let points = &self.leg.points;
         let floor = floor - self.levelled[frame];
-        let depths = points.map(|point| floor + point.rest - point.positions[frame].dot(up));
-        let least = depths.fold(f32::INFINITY, f32::min);
+        let depths = points
+            .iter()
+            .map(|point| floor + point.rest - point.positions[frame].dot(up));
+        let is_flat = self.levels.iter().all(Option::is_some) && points.iter().all(|point| point.at_rest[frame]);
         let ankle = floor - self.leg.ankle[frame].dot(up);
-        if least.is_finite() {
-            least.max(ankle).max(0.0)
-        } else {
-            0.0
+        match depths.reduce(if is_flat { f32::max } else { f32::min }) {
+            Some(depth) => depth.max(ankle).max(0.0),
+            None => 0.0,
         }
     }
 

@@ -1,4 +1,4 @@
-//! The displacement of knees when ankles are shifted, and how to reduce it.
+//! Computes and reduces the displacement of a knee when its ankle is shifted.
 
 use glam::{Quat, Vec3};
 use mocap_scene::ik::bend_about_hinge;
@@ -6,11 +6,11 @@ use mocap_scene::ik::bend_about_hinge;
 use super::leg::LegTrack;
 use super::shift;
 
-/// The least distance of a knee from the line between hip and ankle, as a fraction of the thigh, so that the rate stays
-/// finite for a straight leg.
+/// The smallest distance of a knee from the line between hip and ankle that counts, as a fraction of the thigh. With
+/// it, [`LegTrack::bend_rate`] is finite for a straight leg.
 const STRAIGHT: f32 = 0.01;
 
-/// The fraction of a leg's length below which the direction to its ankle is unknown: the rounding of single precision.
+/// If the ankle is nearer to the hip joint than this fraction of the leg, the direction to the ankle is only rounding.
 const NO_REACH: f32 = 1e-6;
 
 impl LegTrack {
@@ -32,7 +32,7 @@ impl LegTrack {
         (along * (1.0 - along / reach) / aside).abs()
     }
 
-    /// The displacement of the knee if the hips are shifted by `carried` and the foot moves to its goal.
+    /// The distance by which the knee moves if the hips are shifted by `carried` and the foot moves to its goal.
     pub(super) fn knee_change(&self, frame: usize, carried: Vec3) -> f32 {
         if carried == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO {
             return 0.0;
@@ -45,8 +45,8 @@ impl LegTrack {
         knee.distance(self.knee[frame])
     }
 
-    /// Raises or lowers a foot a little if the knee of a nearly straight leg would otherwise move sideways. There, a
-    /// millimetre of height moves the knee by centimetres. `carried` has the shifts of the hips.
+    /// Raises or lowers a foot a little if the knee of a nearly straight leg would otherwise move sideways. In such a
+    /// leg, a change of height by a millimetre moves the knee by centimetres. `carried` has the shifts of the hips.
     pub(super) fn spare_knee(&mut self, carried: &[Vec3], up: Vec3, radius: usize) {
         let to_ankle = (0..self.shifts.len())
             .map(|frame| self.ankle[frame] + self.shifts[frame] - self.thigh[frame] - carried[frame]);
@@ -83,7 +83,7 @@ fn aside([a, b]: [f32; 2], reach: f32) -> f32 {
     (a * a - along * along).max(0.0).sqrt()
 }
 
-/// The distance between hip and ankle at which the knee has this distance from their line.
+/// The distance between hip and ankle at which the distance of the knee from their line is `aside`.
 fn reach([a, b]: [f32; 2], aside: f32) -> f32 {
     let aside = aside.clamp(0.0, a.min(b));
     (a * a - aside * aside).sqrt() + (b * b - aside * aside).sqrt()

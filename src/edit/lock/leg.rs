@@ -1,4 +1,4 @@
-//! A leg over time, and the operations that a locked foot and a following foot share.
+//! Stores a leg over time, and defines the operations that a locked foot and a following foot share.
 
 use glam::{Quat, Vec3};
 use mocap_figure::contacts::ball;
@@ -21,16 +21,16 @@ pub(super) trait Foot {
 
     fn leg_mut(&mut self) -> &mut LegTrack;
 
-    /// Adds the next frame. It may rotate the foot of `pose`.
+    /// Adds the next frame, and may rotate the foot of `pose`.
     fn see(&mut self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32);
 
-    /// Rotates the joints of the foot until no part is below the floor.
+    /// Rotates the joints of the foot until no part of it is below the floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32);
 
-    /// The contact point that is at rest in a frame and in the next.
+    /// The contact point that is at rest in this frame and in the next.
     fn resting(&self, frame: usize) -> Option<&ContactTrack>;
 
-    /// The shifts over the ground that remove the slide, in the frames in which the foot is on the ground.
+    /// For each frame, the shift over the ground that removes the sliding. `None` if the foot is not on the ground.
     fn known_shifts(&self, up: Vec3, frames_per_second: f32) -> Vec<Option<Vec3>>;
 
     /// Whether the foot must rotate in a frame, even if hips and ankle do not move.
@@ -45,7 +45,7 @@ pub(super) trait Foot {
         leg.shifts[frame] != Vec3::ZERO || leg.lowest[frame] < floor || self.turns(frame)
     }
 
-    /// The sum of the sliding steps of the points in contact.
+    /// The distance that the points of the foot slide in contact: the sum of their movements from frame to frame.
     fn slide(&self, up: Vec3) -> f64 {
         let steps = (0..self.leg().shifts.len()).filter_map(|frame| Some(self.resting(frame)?.step(frame, up)));
         steps.fold(0.0, |sum, step| sum + f64::from(step.length()))
@@ -60,15 +60,15 @@ pub(super) struct LegTrack {
     pub(super) foot: Vec<NodeId>,
     /// The points that stay above the floor.
     pub(super) sole: Vec<SolePoint>,
-    /// The sum of the lengths of thigh and shin.
+    /// The length of thigh plus shin.
     pub(super) length: f32,
     pub(super) thigh: Vec<Vec3>,
     pub(super) knee: Vec<Vec3>,
     pub(super) ankle: Vec<Vec3>,
     /// The rotations of the thigh in the world.
     pub(super) thigh_rotations: Vec<Quat>,
-    /// The axis about which the knee bends, in the frame of the thigh, of any length: the sum of [`seen_hinge`] over
-    /// the motion plus [`knee_at_rest`].
+    /// The axis about which the knee bends, in the coordinate frame of the thigh. It is the sum of [`seen_hinge`] over
+    /// the motion plus [`knee_at_rest`], so its length is not 1.
     pub(super) hinge: Vec3,
     /// The shift of the foot in each frame.
     pub(super) shifts: Vec<Vec3>,
@@ -83,27 +83,27 @@ pub(super) struct ContactTrack {
     /// The bone of the point, given for the left side.
     pub(super) bone: HumanoidBone,
     pub(super) node: NodeId,
-    /// The height of the point above the floor at rest.
+    /// The resting level: the height of the point above the floor when it rests.
     pub(super) rest: f32,
     pub(super) positions: Vec<Vec3>,
     pub(super) at_rest: Vec<bool>,
 }
 
 impl ContactTrack {
-    /// The step over the ground from a frame to the next.
+    /// The movement of the point over the ground from this frame to the next.
     pub(super) fn step(&self, frame: usize, up: Vec3) -> Vec3 {
         (self.positions[frame + 1] - self.positions[frame]).reject_from_normalized(up)
     }
 
-    /// Whether the point rests in a frame and in the next.
+    /// Whether the point rests in this frame and in the next.
     pub(super) fn rests(&self, frame: usize) -> bool {
         self.at_rest[frame] && self.at_rest.get(frame + 1) == Some(&true)
     }
 }
 
 impl LegTrack {
-    /// `rest` gives the resting height of a node of the foot above the floor. Its last argument is the height of the
-    /// detected contact.
+    /// `rest` gives the resting level of a node of the foot above the floor. The last argument of `rest` is the height
+    /// of the detected contact.
     pub(super) fn new(
         scene: &Scene,
         figure: &Figure,
@@ -191,15 +191,15 @@ impl LegTrack {
         self.lowest.iter().map(|lowest| floor - lowest).fold(0.0, f32::max)
     }
 
-    /// The largest distance between hip and ankle: the full length of the leg less an invisible bend. If the motion
-    /// stretches the leg more, it is the distance in the motion.
+    /// The largest distance between hip and ankle: the full length of the leg less a bend that is too small to see. If
+    /// the motion stretches the leg more, it is the distance in the motion.
     pub(super) fn reach(&self, frame: usize) -> f32 {
         let now = self.thigh[frame].distance(self.ankle[frame]);
         (self.weights.stretch as f32 * self.length).max(now)
     }
 
-    /// The shifts in the runs of frames in which `is_low` holds. `shift_change` gives the change of the shift from a
-    /// frame to the next. `middle` gives the shift of a run that is subtracted from all its shifts.
+    /// The shifts in the runs of frames for which `is_low` is true. `shift_change` gives the change of the shift from a
+    /// frame to the next. For each run, `middle` gives a shift that is subtracted from all shifts of the run.
     pub(super) fn shifts_of_runs<S: Default>(
         &self,
         is_low: impl Fn(usize) -> bool,

@@ -1,4 +1,4 @@
-//! Both legs of a figure over a motion, and the application of their changes.
+//! Stores both legs of a figure over a motion, and applies the changes of the legs to the frames.
 
 use glam::Vec3;
 use mocap_figure::{Figure, HumanoidBone, Side};
@@ -23,7 +23,7 @@ const OUT_OF_REACH: f32 = 0.001;
 struct Change {
     /// The distance of each foot from its goal.
     missed: [f32; 2],
-    /// The larger shift of a foot.
+    /// The larger of the shifts of both feet.
     shift: f32,
     /// The largest displacement of a joint outside the feet, and this joint.
     other: f32,
@@ -97,7 +97,7 @@ impl<'a> Legs<'a> {
         })
     }
 
-    /// The length of the longer leg at rest.
+    /// The length of the longer leg in the rest pose, in units of the scene.
     pub(super) fn length(&self, scene: &Scene) -> f32 {
         let rest = Pose::rest(scene);
         let length = |(_, leg): &(Side, Leg)| {
@@ -107,7 +107,8 @@ impl<'a> Legs<'a> {
         self.legs.iter().map(length).fold(0.0, f32::max)
     }
 
-    /// The number of frames of a blend time. Fails if the lock would average too many frames for the motion.
+    /// The number of frames of a fade time. Fails if the lock would average too many frames for a motion of this
+    /// length.
     pub(super) fn blend(&self, seconds: f64, weights: &FootLockWeights) -> Result<usize> {
         let longest = seconds.max(weights.around).max(weights.ease);
         self.frames.filter_radius(self.frames.frames_in(longest))?;
@@ -124,8 +125,8 @@ impl<'a> Legs<'a> {
             .into())
     }
 
-    /// Changes the frames for `feet`. `floor` is in units of the scene. `hips` takes the shifts of the feet in the
-    /// frames in which they are known, completes them, and returns the shifts of the hips.
+    /// Changes the frames for `feet`. `floor` is in units of the scene. `hips` gets the known shifts of the feet. It
+    /// computes the missing shifts, and returns the shifts of the hips.
     pub(super) fn change<F: Foot>(
         &mut self,
         scene: &Scene,
@@ -176,7 +177,8 @@ impl<'a> Legs<'a> {
         report
     }
 
-    /// Moves the hips by `carried` and the feet by their shifts, in the frames that are new for any of `paces`.
+    /// Moves the hips by `carried` and the feet by their shifts, in the frames that must be changed again according to
+    /// `paces`.
     fn apply<F: Foot>(
         &mut self,
         scene: &Scene,
@@ -268,7 +270,7 @@ impl<'a> Legs<'a> {
         pose.update_below(self.mover);
     }
 
-    /// The values that [`write`](Self::write) needs, which no longer borrow from the scene.
+    /// These legs with only the values that [`write`](Self::write) needs. They no longer borrow from the scene.
     pub(super) fn changes(self) -> Legs<'static> {
         Legs {
             frames: self.frames.changes(),

@@ -1,8 +1,10 @@
-//! Compares the speed of a foot with and without the lock, and relaxes the lock where it adds speed.
+//! Compares the speed of a foot with and without the lock, and reduces the lock in frames in which it adds too much
+//! speed.
 //!
-//! A locked foot has to catch up with its swing, and a leg that is too short pulls at it. Neither may be visible. A
-//! joint of the foot may exceed its speed or acceleration without the lock. Then the correction around this frame is
-//! reduced, round by round, until the joint stays within its limits.
+//! After a contact, a locked foot has to catch up with its swing. A leg that is too short pulls at a locked foot.
+//! Neither may be visible. The limits are multiples of the speed and the acceleration without the lock. If a joint of
+//! the foot exceeds a limit, the correction around this frame is reduced, round by round, until the joint is within its
+//! limits.
 
 use glam::Vec3;
 use mocap_scene::pose::Pose;
@@ -13,13 +15,13 @@ use super::shift::envelope;
 use super::weights::FootLockWeights;
 use crate::frames::Frames;
 
-/// The number of rounds after which the lock is removed around the frames that exceed a limit. After as many further
-/// rounds it is removed in the whole motion, so that the time is bounded.
+/// After this number of rounds, the lock is removed around the frames that exceed a limit. After twice this number, it
+/// is removed in the whole motion. So the search always ends.
 const ROUNDS: usize = 10;
 
 /// The joints of one foot over time, with the lock and without.
 pub(super) struct Pace {
-    /// The ankle and the ball.
+    /// The ankle and the ball of the foot.
     joints: Vec<NodeId>,
     free: Vec<Vec<Vec3>>,
     changed: Vec<Vec<Vec3>>,

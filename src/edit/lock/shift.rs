@@ -1,12 +1,13 @@
-//! Curves over frames: completes a shift that is known only in contacts, and makes an upper bound smooth.
+//! Computes curves over frames: completes a shift that is known only in contacts, and finds a smooth upper bound of a
+//! curve.
 
 use std::ops::{Add, Div, Mul};
 
 use glam::Vec3;
 
-/// Completes a shift that is known in some frames. After the last known frame of a contact it eases out to zero within
-/// `blend` frames, and it eases in before the next. If contacts are nearer, it eases directly from one to the other.
-/// The curve is cubic Hermite, so values and speeds are continuous.
+/// Completes a shift that is known only in contacts. After a contact, the shift fades out to zero within `blend`
+/// frames, and before the next contact it fades in. If two contacts are nearer, the shift changes directly from one to
+/// the other. The curve is cubic Hermite, so values and speeds are continuous.
 pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     let mut shifts: Vec<Vec3> = known.iter().map(|shift| shift.unwrap_or_default()).collect();
     let slope = |frame: usize, other: Option<usize>| {
@@ -46,8 +47,7 @@ pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     shifts
 }
 
-/// The position whose largest distance from all `points` is nearly the least: the centre of their smallest enclosing
-/// sphere, by the iteration of Bădoiu and Clarkson (2003).
+/// Nearly the centre of the smallest sphere that encloses all `points`, by the iteration of Bădoiu and Clarkson (2003).
 pub(super) fn middle(points: &[Vec3]) -> Vec3 {
     let mut middle = points.first().copied().unwrap_or_default();
     for step in 1..=64 {
@@ -60,7 +60,7 @@ pub(super) fn middle(points: &[Vec3]) -> Vec3 {
     middle
 }
 
-/// The value after `step` of `steps` frames, between two values that are given with their changes per frame.
+/// The value after `step` of `steps` frames between two values. Each value is given with its change per frame.
 fn hermite(from: (Vec3, Vec3), to: (Vec3, Vec3), step: usize, steps: usize) -> Vec3 {
     let (t, length) = (step as f32 / steps as f32, steps as f32);
     let (t2, t3) = (t * t, t * t * t);

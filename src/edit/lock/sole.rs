@@ -1,4 +1,4 @@
-//! The sole of a foot, which is kept above the floor.
+//! Keeps the sole of a foot above the floor.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -12,10 +12,11 @@ use super::shift::envelope;
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct SolePoint {
-    /// The node at this point; `None` for a point on the sole.
+    /// The node at this point. `None` for a point of the skin on the sole.
     #[doc(hidden)]
     pub node: Option<NodeId>,
-    /// The nodes that move the point, each with its weight and the position of the point in the node's space.
+    /// The nodes that move the point. Each has its weight, and the position of the point in the node's coordinate
+    /// frame.
     #[doc(hidden)]
     pub parts: Vec<(NodeId, f32, Vec3)>,
     /// The height of the point above the floor when the figure stands.
@@ -24,8 +25,8 @@ pub struct SolePoint {
     /// The joint that rotates to raise the point. Without a joint, the whole foot is lifted.
     #[doc(hidden)]
     pub pivot: Option<NodeId>,
-    /// The axis across the foot about which this joint raises the toes, in the joint's own space, if it is known. An
-    /// axis that is computed in each frame flips if the toes point straight down.
+    /// The axis across the foot about which `pivot` raises the toes, in the coordinate frame of this joint, if the axis
+    /// is known. An axis that is computed in each frame flips if the toes point straight down.
     #[doc(hidden)]
     pub axis: Option<Vec3>,
     /// The largest angle by which the joint rotates for this point, in radians.
@@ -64,8 +65,8 @@ pub(super) fn turns(scene: &Scene, node: NodeId) -> bool {
     next.is_some_and(|next| next.parent == Some(node)) && scene.nodes[node.index()].kind == NodeKind::Joint
 }
 
-/// Rotates the joints of a foot up until none of the points is below the floor. A rolling foot whose toes do not bend
-/// would put its toe tips below the floor.
+/// Rotates the joints of a foot up until none of the points is below the floor. Without this, a foot that rolls without
+/// bending its toes would put its toe tips below the floor.
 pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f32) {
     for point in points {
         let Some(pivot) = point.pivot else { continue };
@@ -161,7 +162,8 @@ impl Hinge {
     pub(super) fn see(&mut self, pose: &Pose, up: Vec3) {
         let rotation = Trs::from_matrix(pose.node_to_world[self.pivot.index()]).rotation;
         let (here, point) = (pose.position(self.pivot), pose.position(self.node));
-        // The flatter the foot is, the longer is its projection on the ground, and the more certain is the axis.
+        // The axis is more certain if the foot is flatter. Its projection on the ground is then longer, so it gets a
+        // larger weight.
         self.axis += rotation.inverse() * (point - pose.position(self.ankle)).cross(up);
         self.seen.push((rotation, here, point - here));
     }
@@ -192,7 +194,8 @@ impl Hinge {
     }
 }
 
-/// The least angle of at least 0 at which a cos + b sin reaches `wanted`, or its maximum if it never does.
+/// The smallest angle, at least 0, at which a cos + b sin is `wanted`. If no angle gives `wanted`, the angle at which
+/// the sum is largest.
 fn least_angle([a, b]: [f32; 2], wanted: f32) -> f32 {
     let largest = a.hypot(b);
     if a >= wanted || largest <= f32::EPSILON {

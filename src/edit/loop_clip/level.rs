@@ -7,15 +7,16 @@ use mocap_scene::scene::Scene;
 
 use crate::frames::Frames;
 
-/// The number of frames that change on each side of the seam.
+/// The number of frames before the seam, and of frames after it, that change.
 const AROUND: usize = 2;
 
-/// The shares of the acceleration at the seam that are added to the frames from two before to two after. They form a
-/// Hann window, whose own acceleration cancels it.
+/// For the five frames around the seam, the shares of the acceleration at the seam that are added to the frame. They
+/// form a Hann window, whose acceleration cancels the acceleration at the seam.
 const SHARES: [f32; 2 * AROUND + 1] = [0.5, 1.5, 2.0, 1.5, 0.5];
 
 /// Removes the accelerations of joints at the seam, for rotations in the world and for translations. The last row of
-/// `rows` is the first row, moved onward by one cycle. `carry` moves a row onward, or back if it gets `true`.
+/// `rows` is the first row, moved by one cycle of the loop. `carry` moves a row to the next cycle, or with `true` to
+/// the previous cycle.
 pub(super) fn level(scene: &Scene, frames: &Frames, rows: &mut [Vec<Trs>], carry: impl Fn(&mut [Trs], bool)) {
     let last = rows.len() - 1;
     if last < 4 * AROUND {

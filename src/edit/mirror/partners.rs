@@ -8,8 +8,9 @@ use mocap_scene::scene::{NodeId, Scene};
 
 /// The partner of every node. A node in the middle, or without a partner, is its own partner. Partners are mutual.
 ///
-/// Bones of the humanoid give most pairs, and also pair the joints between two bones. The remaining nodes below two
-/// partners are paired if one is nearest to the mirror image of the other in the T-pose.
+/// Most pairs come from the bones of the humanoid. The joints between two bones are paired with the joints between
+/// their partners. Nodes below two partners become partners if, in the T-pose, one is nearest to the mirror image of
+/// the other.
 pub(super) fn partners(
     scene: &Scene,
     humanoid: &Humanoid,

@@ -6,21 +6,21 @@ use mocap_figure::{Axis, Humanoid, HumanoidBone, Side};
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
 
-/// A bone whose mirror image deviates from its partner by more than this is left alone: the cosine of 45 degrees.
+/// A bone is not corrected if its mirror image deviates too much from its partner: the cosine of 45 degrees.
 const NEAR: f64 = 0.7;
 
-/// The sine of the least angle of a knee or elbow at rest that shows the axis of its bend.
+/// The sine of the smallest angle of a knee or elbow in the rest pose that shows the axis about which it bends.
 const BENT: f64 = 0.2;
 
 /// The largest distance of a bone from its partner's mirror image in a symmetric rest pose, as a fraction of the
 /// distance from the hips to the farthest bone. Arms of the CMU skeleton have 4 %.
 const ALIKE: f64 = 0.05;
 
-/// The least mean distance of a bone from its partner in a symmetric rest pose, as the same fraction. In a rest pose
-/// without rotations, all bones may lie along one line.
+/// The smallest mean distance of a bone from its partner in a symmetric rest pose, as a fraction of the distance from
+/// the hips to the farthest bone. In a rest pose without rotations, all bones may be on one line.
 const APART: f64 = 0.1;
 
-/// The bones of limbs. The first two of each bend about the same axis.
+/// The bones of an arm and of a leg. The first two bones of a limb bend about the same axis.
 const LIMBS: [[HumanoidBone; 3]; 2] = [
     [
         HumanoidBone::LeftUpperLeg,
@@ -34,7 +34,7 @@ const LIMBS: [[HumanoidBone; 3]; 2] = [
     ],
 ];
 
-/// The direction to the left at rest, if both sides of the rest pose are mirror images.
+/// The direction to the left of the figure in the rest pose, if both sides of the rest pose are mirror images.
 pub(super) fn left_at_rest(rest: &Pose, humanoid: &Humanoid, hips: NodeId) -> Option<DVec3> {
     let at = |bone: HumanoidBone| Some((rest.position(humanoid.joint(bone)?) - rest.position(hips)).as_dvec3());
     let bones = || humanoid.bones.keys().copied();
@@ -54,7 +54,7 @@ pub(super) fn left_at_rest(rest: &Pose, humanoid: &Humanoid, hips: NodeId) -> Op
     is_mirrored.then_some(left)
 }
 
-/// The direction, or a coordinate axis if one is within 8 degrees.
+/// The direction, or the coordinate axis within 8 degrees of it.
 pub(super) fn along_axis(direction: DVec3) -> Option<DVec3> {
     let direction = direction.try_normalize()?;
     let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];
@@ -73,9 +73,10 @@ pub(super) fn rotations(pose: &Pose) -> Vec<DQuat> {
     (0..pose.node_to_world.len()).map(|node| rotation(pose, node)).collect()
 }
 
-/// The world rotations of the T-pose `pose`, corrected to be mirror images. Each bone gets the direction of its
-/// partner's mirror image, and bends about the mirror image of its partner's axis. This is necessary if one leg is
-/// ahead in the rest pose: the T-pose then has legs that point down, but each keeps its own roll.
+/// The world rotations of the T-pose `pose`, corrected so that both sides are mirror images. Each bone gets the
+/// direction of its partner's mirror image, and bends about the mirror image of its partner's axis. This is necessary
+/// if, for example, one leg is in front in the rest pose. Both legs of the T-pose then point down, but have different
+/// rolls.
 pub(super) fn symmetric(
     scene: &Scene,
     humanoid: &Humanoid,
@@ -103,7 +104,8 @@ pub(super) fn symmetric(
     for node in 0..count {
         let partner = partners[node].index();
         if partner == node {
-            // A bone in the middle lies in the mirror plane. The joints on both of its sides lie across the plane.
+            // A bone in the middle of the body is in the mirror plane. A pair of joints at its sides is perpendicular
+            // to the plane.
             let in_middle = children[node]
                 .iter()
                 .filter(|child| partners[**child].index() == **child);
@@ -138,13 +140,13 @@ pub(super) fn symmetric(
                 .filter(is_pair)
                 .map(|child| [at(*child) - at(node), at(partners[*child].index()) - at(partner)])
                 .collect();
-            // The bone points to the mean of its children, because a thumb that points aside does not show the
-            // direction of a hand.
+            // A bone points to the mean of its children. One child alone, such as a thumb, may not show the direction
+            // of a hand.
             let sums = [0, 1].map(|side: usize| pairs.iter().map(|pairs| pairs[side]).sum::<DVec3>().try_normalize());
             let [Some(own), Some(other)] = sums else {
                 continue;
             };
-            // Only the partner is rotated, because a bone may have any direction if its partner is its mirror image.
+            // Rotates only the partner: this is enough to make both bones mirror images.
             let along = reflect(own);
             // A joint that is no bone of the T-pose rotates with the bone above.
             let above = scene.nodes[partner]
@@ -159,8 +161,8 @@ pub(super) fn symmetric(
                 continue;
             }
             let mut turn = DQuat::from_rotation_arc(start * other, along) * start;
-            // The roll of a bone follows its hinge axis. Without one, it follows a child that lies off to one side,
-            // such as a finger.
+            // The hinge axis of a bone determines its roll. For a bone without a hinge axis, a child beside the bone
+            // determines it, such as a finger.
             let beside = |pairs: &&[DVec3; 2]| {
                 let off = |along: &DVec3, offset: DVec3| {
                     offset.reject_from_normalized(*along).length() > BENT * offset.length()

@@ -1,4 +1,5 @@
-//! Finds from the motion how joint frames on one side relate to those on the other.
+//! Finds from the motion how the coordinate frames of joints on one side relate to the coordinate frames of their
+//! partners on the other side.
 
 use glam::{DQuat, DVec3};
 
@@ -12,24 +13,25 @@ use crate::frames::Frames;
 const FRAMES: usize = 200;
 
 /// The cosine of the largest angle between the offset of a child and the mirror image of its partner's offset: 15
-/// degrees. Offsets are in the frames of the parents. They differ only if the sides of a body differ.
+/// degrees. Offsets are in the coordinate frames of the parents. They differ only if the two sides of a body differ.
 const OFFSET: f64 = 0.966;
 
-/// The same cosine for a certain relation: 5 degrees. Bones of ACCAD differ by up to 3 degrees.
+/// The cosine of 5 degrees: within this angle, the relation is certain. Bones of ACCAD differ by up to 3 degrees.
 const EXACT: f64 = 0.9962;
 
-/// The least offset of a child that gives a direction, as a fraction of the longest offset.
+/// The length of the shortest offset of a child that gives a direction, as a fraction of the longest offset.
 const SHORTEST: f64 = 0.01;
 
 /// The largest deviation of a joint's mean posture from symmetry, in radians: 60 degrees.
 const POSTURE: f64 = 1.05;
 
-/// How much nearer to the mean posture another relation must be, in radians: 45 degrees. A bone that is rolled by half
-/// a turn is off by 180 degrees.
+/// A relation replaces the relation of the reference pose only if it is nearer to the mean posture by this angle, in
+/// radians: 45 degrees. If a bone is rolled by half a turn, the difference is 180 degrees.
 const NEARER: f64 = 0.79;
 
-/// The usual relations between the frames of two partners: the reflection along each axis of the frame, and the
-/// inversion. Each is multiplied by -1, which makes it half a turn about the axis, or no rotation.
+/// The usual relations between the coordinate frames of two partners: a reflection along one of the axes, or the
+/// inversion. Each is multiplied by -1. A reflection then is half a turn about its axis, and the inversion is no
+/// rotation.
 const LAID: [DQuat; 4] = [
     DQuat::IDENTITY,
     DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
@@ -37,23 +39,24 @@ const LAID: [DQuat; 4] = [
     DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0),
 ];
 
-/// The mean frame of each joint over the motion, in the frame of the hips.
+/// The mean coordinate frame of each joint over the motion, in the coordinate frame of the hips.
 struct Posture<'a> {
     scene: &'a Scene,
     partners: &'a [NodeId],
-    /// For each node, its children with their partners, if these are children of the node's partner.
+    /// For each node, its children and their partners. Only partners count that are children of the node's partner.
     children: Vec<Vec<[usize; 2]>>,
-    /// The mean frame of each node below the hips; `None` for other nodes.
+    /// The mean coordinate frame of each node below the hips; `None` for other nodes.
     mean: Vec<Option<DQuat>>,
-    /// The direction from the right to the left hip joint, in the frame of the hips.
+    /// The direction from the right to the left hip joint, in the coordinate frame of the hips.
     left: DVec3,
-    /// The longest offset.
+    /// The longest offset of a node from its parent.
     longest: f64,
 }
 
-/// Rolls the bones of a reference pose so that the frames of both sides relate as in the motion. If the sides of a rest
-/// pose are no mirror images, it does not show the roll of each bone. The mean posture does, if it is nearer to one of
-/// [`LAID`] than to the reference pose. A mirrored motion gives the same result.
+/// Rolls the bones of a reference pose so that the coordinate frames of both sides relate as in the motion. If the two
+/// sides of a rest pose are not mirror images, the rest pose does not show the rolls of the bones. The mean posture of
+/// the motion shows them, if it is nearer to one of [`LAID`] than to the reference pose. The mirrored motion gives the
+/// same result.
 pub(super) fn lay_as_in_motion(
     scene: &Scene,
     frames: &Frames,
@@ -149,9 +152,9 @@ impl<'a> Posture<'a> {
         })
     }
 
-    /// For each node, the relation of its frame to its partner's frame: one of [`LAID`], if this is nearer to the mean
-    /// posture than the relation of the reference pose. A joint whose posture is asymmetric does not show its relation,
-    /// and gets the relation of the next joint of its limb.
+    /// For each node, the relation between its coordinate frame and the frame of its partner. It is one of [`LAID`] if
+    /// this relation is nearer to the mean posture than the relation of the reference pose. A joint with an asymmetric
+    /// posture does not show its relation, and gets the relation of the next joint of its limb.
     fn laid(&self, known: &dyn Fn(usize) -> DQuat) -> Vec<Option<DQuat>> {
         let count = self.scene.nodes.len();
         let nearest: Vec<Option<(f64, DQuat)>> = (0..count).map(|node| self.nearest(node)).collect();
@@ -177,8 +180,8 @@ impl<'a> Posture<'a> {
         laid
     }
 
-    /// The relation of [`LAID`] that fits a joint and is nearest to its mean posture, with its deviation; `None` if the
-    /// posture is too asymmetric.
+    /// Of the relations in [`LAID`] that fit a joint: the one nearest to the mean posture, with its deviation in
+    /// radians. `None` if the posture is too asymmetric.
     fn nearest(&self, node: usize) -> Option<(f64, DQuat)> {
         let fitting = LAID.iter().filter(|laid| self.fits(node, **laid, OFFSET));
         let off = |laid: &DQuat| Some((self.off(node, *laid)?, *laid));
@@ -201,10 +204,10 @@ impl<'a> Posture<'a> {
         self.scene.nodes[node].transform.w_axis.truncate().as_dvec3()
     }
 
-    /// Whether, under a relation, the offsets of the children of a joint and of its partner are mirror images. The
-    /// cosine of their angle must be above `within`.
+    /// Whether a relation makes the offsets of the children of a joint mirror images of the offsets of its partner's
+    /// children. The cosine of the angle between them must be above `within`.
     fn fits(&self, node: usize, laid: DQuat, within: f64) -> bool {
-        // A joint in the middle is its own partner, so only a reflection along an axis is possible.
+        // A joint in the middle of the body is its own partner, so its relation can only be a reflection.
         if self.partners[node].index() == node && laid == DQuat::IDENTITY {
             return false;
         }

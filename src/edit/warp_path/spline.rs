@@ -16,8 +16,8 @@ impl Spline {
     pub fn new(times: &[f64], points: &[DVec2]) -> Self {
         let count = points.len();
         let mut bends = vec![DVec2::ZERO; count];
-        // Solves the tridiagonal system of the second derivatives, which are 0 at both ends, forwards and then
-        // backwards.
+        // Solves the tridiagonal system of the second derivatives by elimination and back substitution. The second
+        // derivatives are 0 at both ends.
         let mut over = vec![0.0; count];
         for index in 1..count.saturating_sub(1) {
             let (before, after) = (times[index] - times[index - 1], times[index + 1] - times[index]);
@@ -37,7 +37,7 @@ impl Spline {
         }
     }
 
-    /// The index of the piece at a time, its length, and the weights of its two ends.
+    /// The index of the piece of the curve at a time, the duration of this piece, and the weights of its two ends.
     fn piece(&self, time: f64) -> (usize, f64, f64, f64) {
         let last = self.times.len() - 2;
         let index = self

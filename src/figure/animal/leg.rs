@@ -1,4 +1,4 @@
-//! Bends a leg of an animal, so that its paw comes to a place.
+//! Bends a leg of an animal, so that its paw comes to a goal.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::directions::{arc, rotation_of};
@@ -7,7 +7,7 @@ use mocap_scene::scene::NodeId;
 
 use crate::report::QuadrupedLeg;
 
-/// The fraction of the length of the straight leg up to which a leg is stretched. The knee of a straight leg would
+/// A leg is stretched at most to this fraction of the length of the straight leg. Near a straight leg, the knee would
 /// jump.
 const REACH: f32 = 0.99;
 
@@ -21,12 +21,12 @@ pub struct LegGoal {
     lower: NodeId,
     end: NodeId,
     paw: NodeId,
-    /// The axis of the knee in its own frame, for a leg that is straight.
+    /// The axis about which the knee bends if the leg is straight, in the coordinate frame of the knee.
     hinge: Vec3,
 }
 
 impl LegGoal {
-    /// `ankle` is the ankle, if it moves relative to the lower leg.
+    /// `ankle` is the joint of the ankle, if the ankle moves relative to the lower leg.
     pub fn new(standing: &Pose, leg: &QuadrupedLeg, ankle: Option<NodeId>, left: Vec3) -> Self {
         let end = ankle.unwrap_or(leg.paw);
         let knee = rotation_of(&standing.node_to_world[leg.lower.index()]);

@@ -1,4 +1,4 @@
-//! Averages over the frames of a motion.
+//! Averages rotations and positions over the frames of a motion.
 
 use std::collections::BTreeMap;
 
@@ -30,7 +30,7 @@ impl AverageRotation {
         self.rotation.add(rotation_of(&pose.node_to_parent[self.node.index()]));
     }
 
-    /// The transform relative to its parent.
+    /// The average transform of the joint relative to its parent.
     pub(super) fn value(&self) -> Option<Mat4> {
         let Trs { scale, translation, .. } = self.rest;
         Some(Mat4::from_scale_rotation_translation(
@@ -41,8 +41,8 @@ impl AverageRotation {
     }
 }
 
-/// The average position of a knuckle in its hand. Joints may be in between, and a rest pose that does not stand does
-/// not show their positions.
+/// The average position of a knuckle relative to its hand. It is used if the figure does not stand in its rest pose,
+/// because such a rest pose does not show the positions of knuckles. Joints may be between hand and knuckle.
 pub(super) struct Knuckle {
     pub(super) node: NodeId,
     pub(super) hand: NodeId,
@@ -69,7 +69,7 @@ impl Knuckle {
         }
     }
 
-    /// Its offset from the hand, in the axes of the hand.
+    /// The average offset from the hand to the knuckle, in the axes of the hand.
     pub(super) fn value(&self) -> Option<Vec3> {
         (self.count >= FEWEST).then(|| self.sum / self.count as f32)
     }
@@ -92,7 +92,7 @@ pub(super) struct TrunkAngle {
     /// world's up axis. With the line from hips to neck the error is 5 degrees, and with the first spine joint 13
     /// degrees.
     standing: Mean,
-    /// The mean over all frames, with up along the trunk.
+    /// The mean over all frames. Here, up is the direction of the trunk.
     all: Mean,
 }
 
@@ -117,7 +117,7 @@ impl TrunkAngle {
         }
     }
 
-    /// The rotation from the joint to left, up and forward.
+    /// The average rotation from the coordinate frame of the joint to the axes of the body (left, up, forward).
     pub(super) fn value(&self) -> Option<Quat> {
         let often = self.standing.count as f32 >= STANDS_OFTEN * self.all.count as f32;
         let standing = self.standing.value().filter(|_| often);
@@ -133,7 +133,7 @@ pub(super) fn nearest_exchange(rotation: Quat, limit: f32) -> Option<Quat> {
     (nearest.angle_between(rotation) <= limit).then_some(nearest)
 }
 
-/// The lines of the trunk in a pose.
+/// The lines through the trunk in a pose.
 pub(super) struct Lines {
     hips: Vec3,
     shoulders: Vec3,
@@ -159,7 +159,8 @@ impl Lines {
         self.up.angle_between(self.world_up) <= UPRIGHT
     }
 
-    /// Left, up and forward at a fraction of the distance from hips to shoulders, as a rotation to the world.
+    /// The axes of the body (left, up, forward) at a fraction of the distance from hips to shoulders, as a rotation to
+    /// the world.
     fn frame(&self, fraction: f32, up: Vec3) -> Option<Quat> {
         let left = self.hips.lerp(self.shoulders, fraction).try_normalize()?;
         let up = up.reject_from_normalized(left).try_normalize()?;

@@ -1,4 +1,5 @@
-//! The bending axis of an elbow or a knee, in the coordinate frames of the joints on both sides.
+//! Finds the bending axis of an elbow or a knee. The axis is given in the coordinate frames of the upper joint and of
+//! the lower joint.
 
 use std::collections::BTreeMap;
 
@@ -13,44 +14,45 @@ use crate::hierarchy::Hierarchy;
 /// The sine of the smallest bend that shows the axis of a hinge: 12 degrees.
 const BENT: f32 = 0.2;
 
-/// The largest deviation in radians of a hinge axis from its mean if the axis is fixed in the coordinate frame of the
-/// lower joint. The axis is not fixed if the joint of the elbow also twists the forearm.
+/// If a hinge axis deviates from its mean by at most this angle in radians, it is fixed in the coordinate frame of the
+/// lower joint. It is not fixed if the elbow joint also twists the forearm.
 const FIXED: f32 = 0.21;
 
-/// The deviation in radians above which the axes are random: 52 degrees. Knees whose joints have a random roll exceed
-/// it.
+/// If the axes deviate from their mean by more than this angle in radians (52 degrees), they are random. This happens
+/// for knees whose joints have a random roll.
 const WIDEST: f32 = 0.9;
 
 /// The angle in radians at which an axis has half the weight in the average.
 const HALF_WEIGHT: f32 = 0.15;
 
-/// The cosine of the largest angle between a bone and the axis of a joint whose coordinate frame lies along the bone:
-/// 18 degrees.
+/// The cosine of 18 degrees. If an axis of a joint's coordinate frame is within this angle of the bone, the frame lies
+/// along the bone.
 const ALONG: f32 = 0.95;
 
 /// The cosine of 8 degrees. A hinge within this angle of a coordinate axis of its joint is on that axis. In fixtures
 /// whose coordinate frames lie along the bones, knees deviate by up to 8 degrees, and elbows by up to 6.
 const ON_AXIS: f32 = 0.99;
 
-/// The cosine of 2 degrees: the same limit for a lower joint that also twists its shin or forearm.
+/// The cosine of 2 degrees. It replaces [`ON_AXIS`] for a lower joint that also twists its shin or forearm.
 const LOWER_ON_AXIS: f32 = 0.9994;
 
-/// The largest angle between a bone and the mirrored bone of the other side, in the frames of their joints, in radians.
+/// The largest angle between a bone and the mirrored bone of the other side, in the coordinate frames of their joints,
+/// in radians.
 const MIRRORED: f32 = 0.1;
 
 /// The largest angle in radians between the axis of one side and the mirrored axis of the other at which they agree.
 const AGREES: f32 = 0.6;
 
-/// The number of consecutive frames that show one bend, and together count as one frame.
+/// Consecutive frames show one bend of the joint. This number of such frames counts as one observation.
 const ALIKE: f32 = 20.0;
 
-/// The axis of a hinge in the frame of a joint.
+/// The axis of a hinge in the coordinate frame of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hinge {
     pub(super) axis: Vec3,
     /// The mean deviation of the axis from its mean, in radians.
     spread: f32,
-    /// The uncertainty of the mean, in radians: other frames have another mean.
+    /// The uncertainty of the mean axis, in radians. Other frames of the motion would give another mean.
     pub(super) error: f32,
 }
 
@@ -62,13 +64,14 @@ pub(super) fn nearest_axis(direction: Vec3, cosine: f32) -> Option<Vec3> {
     (nearest.dot(direction) >= cosine).then_some(nearest)
 }
 
-/// Whether the coordinate frame of a joint lies along its bone. Programs then align its other axes with the body.
+/// Whether an axis of a joint's coordinate frame lies along its bone. A program that aligns one axis with the bone
+/// aligns the other two axes with the body.
 pub(super) fn is_laid_along(bone: Vec3) -> bool {
     nearest_axis(bone, ALONG).is_some()
 }
 
-/// The fraction of bones whose coordinate frame lies along the bone, from which a program counts as laying frames along
-/// bones. Random coordinate frames lie along one bone in seven.
+/// If coordinate frames lie along at least this fraction of the bones, the program aligned them with the bones. Random
+/// coordinate frames lie along one bone in seven.
 const LAID: f32 = 0.6;
 
 /// Whether a program aligned the coordinate frames of joints with their bones. A single joint may be aligned by chance.
@@ -122,8 +125,8 @@ impl Limb {
         })
     }
 
-    /// The limbs of a body. The coordinate frames may lie along the bones in the whole skeleton, or only in both legs
-    /// or both arms.
+    /// The limbs of a body. Coordinate frames may lie along the bones in the whole skeleton, in both legs only, or in
+    /// both arms only.
     pub(super) fn all(
         scene: &Scene,
         hierarchy: &Hierarchy,
@@ -204,7 +207,7 @@ impl Limb {
         MIRRORS.into_iter().filter(fits).map(|mirror| -mirror * axis).collect()
     }
 
-    /// Whether left and right are mirrored, but their hinges are not.
+    /// Whether the coordinate frames of left and right are mirror images, but the hinges are not.
     pub(super) fn contradicts(&self, other: &Self, segment: usize, axis: Vec3, of_other: Vec3) -> bool {
         let mirrored = self.mirrored(other, segment, of_other);
         !mirrored.is_empty() && mirrored.iter().all(|here| here.angle_between(axis) > AGREES)

@@ -13,16 +13,17 @@ impl Conversion {
     ///
     /// The guesses of unit, up axis and first frame are added to
     /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), so they become part of the output. Guesses
-    /// about the figure are added too, but do not affect the conversion. They state whether the figure is a humanoid,
-    /// and for a humanoid its facing at rest in the axes of the file, its rest pose and its sides. Of the guesses about
-    /// the figure, only names of the wrong side are returned. The exact rate of a rounded frame time is returned, but
-    /// not added.
+    /// about the figure are also added, unless [`keep_units`](Self::keep_units) is set, but do not affect the
+    /// conversion. They state whether the figure is a humanoid, and for a humanoid its facing at rest in the axes of
+    /// the file, its rest pose and its sides. Of the guesses about the figure, `apply` returns only two: names of the
+    /// wrong side, and the source of a requested T-pose. `apply` returns the exact rate of a rounded frame time, but
+    /// does not add it.
     ///
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///
     /// # Errors
-    /// As [`Conversion::check`]; and [`Code::InvalidValue`] if [`trim`](Self::trim) or [`rest`](Self::rest) name frames
-    /// that the motion lacks, or [`bones`](Self::bones) a joint that the scene lacks; `scene` is then unchanged.
+    /// The errors of [`Conversion::check`]. [`Code::InvalidValue`] if [`trim`](Self::trim) or [`rest`](Self::rest) name
+    /// frames that the motion lacks, or [`bones`](Self::bones) a joint that the scene lacks; `scene` is then unchanged.
     /// [`Code::NotHumanoid`] if a T-pose is requested, but no humanoid is found. [`Code::LimitExceeded`] if
     /// [`frame_rate`](Self::frame_rate) gives more values than [`limits`](Self::limits) allow; `scene` then keeps its
     /// frames.
@@ -59,7 +60,7 @@ impl Conversion {
         Ok((Figure::with_bones(scene, humanoid), guesses))
     }
 
-    /// The guesses, and the inserted node.
+    /// As [`apply_to`](Self::apply_to), but returns the guesses, and the node that root motion has inserted.
     #[doc(hidden)]
     pub fn convert(&self, scene: &mut Scene, figure: &Figure) -> Result<(Vec<Assumption>, Option<NodeId>)> {
         self.check()?;
@@ -147,7 +148,7 @@ impl Conversion {
     /// Drops a rest pose before the motion; returns `true` if there was one. Lengths and axes do not change. `figure`
     /// is the figure of `scene`.
     ///
-    /// Create a `PoseRetargeter` before this call: it uses the rest pose in this frame to find the T-pose.
+    /// Create a `PoseRetargeter` before this call, because it finds the T-pose from the rest pose in this frame.
     ///
     /// # Errors
     /// As [`apply`](Self::apply).
@@ -158,14 +159,14 @@ impl Conversion {
         Ok(scene.metadata.steps.len() > steps)
     }
 
-    /// Whether the output's frames differ from the file's.
+    /// Whether the output has other frames than the file.
     #[doc(hidden)]
     pub fn takes_other_frames(&self) -> bool {
         let of_file = self.clone().all_frames();
         *self != of_file
     }
 
-    /// This conversion for all frames of the file.
+    /// This conversion without the options that change the frames.
     #[doc(hidden)]
     pub fn all_frames(self) -> Self {
         Self {
@@ -177,7 +178,8 @@ impl Conversion {
         }
     }
 
-    /// The required facts about the source. Root motion is horizontal, so it needs the up axis.
+    /// Whether the conversion needs the unit and the up axis of the source. Root motion is horizontal, so it needs the
+    /// up axis.
     fn needs(&self) -> Needs {
         Needs {
             unit: !self.keep_units || self.output.metres_per_unit.is_some(),
@@ -213,7 +215,7 @@ impl Conversion {
             process::convert_units_to(scene, upright, to);
         }
         if !self.keep_units || from != to {
-            // The values are now converted.
+            // The values of the scene are no longer those of the file.
             scene.metadata.file_space = FileSpace::default();
         }
         // A value that was neither stated nor guessed is still unknown.

@@ -18,8 +18,8 @@ use crate::{Figure, Humanoid, HumanoidBone as Bone, HumanoidMap, Side};
 /// size.
 const COINCIDENT: f32 = 1e-4;
 
-/// The smallest sine of the angle between a bone and its bending axis. Below this, the component of the axis across the
-/// bone is only rounding.
+/// The smallest sine of the angle between a bone and its bending axis. If the sine is smaller, the component of the
+/// axis across the bone is only rounding.
 const ALONG: f32 = 1e-3;
 
 /// The axis of a joint that points along its bone. [`Conversion::bone_axis`] has an example.
@@ -35,10 +35,10 @@ pub enum AlongBone {
 }
 
 impl Conversion {
-    /// The axis of each joint that points along its bone at rest.
+    /// Which axis of each joint points along its bone in the rest pose.
     ///
-    /// Default: `None`, the axes of the file. In BVH these are the world axes, so in Blender every bone points up.
-    /// Positions do not change, neither at rest nor in motion.
+    /// Default: `None`, which keeps the axes of the file. The axes of a BVH file are the world axes, so every bone
+    /// points up in Blender. Positions do not change, neither in the rest pose nor in the motion.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -116,7 +116,7 @@ impl AlongBone {
     }
 }
 
-/// The rotation of a matrix.
+/// The rotation in a matrix, without its scale.
 fn rotation(matrix: &Mat4) -> Quat {
     Trs::from_matrix(*matrix).rotation
 }
@@ -125,7 +125,7 @@ fn is_of_skeleton(scene: &Scene, index: usize) -> bool {
     matches!(scene.nodes[index].kind, NodeKind::Joint | NodeKind::EndSite)
 }
 
-/// The direction of each joint in the world; `None` if nothing shows it.
+/// The direction along the bone of each joint, in the world; `None` if nothing shows it.
 fn directions(scene: &Scene, figure: &Figure, rest: &Pose) -> Vec<Option<Vec3>> {
     let mut children: Vec<Vec<NodeId>> = vec![Vec::new(); scene.nodes.len()];
     for (index, node) in scene.nodes.iter().enumerate() {

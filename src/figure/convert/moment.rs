@@ -1,4 +1,4 @@
-//! The part of a motion to keep.
+//! Defines times in a motion, and the time range of a motion to keep.
 
 use std::fmt;
 use std::str::FromStr;
@@ -19,7 +19,7 @@ use mocap_scene::scene::Animation;
 pub enum Moment {
     /// Seconds from the start, not negative. The nearest frame is used.
     Seconds(f64),
-    /// A frame of the file, from 0.
+    /// The frame with this number in the file. The first frame has the number 0.
     Frame(u64),
 }
 
@@ -43,7 +43,7 @@ impl Moment {
     }
 }
 
-/// A part of a motion, both ends included.
+/// A time range of a motion. Both ends belong to the range.
 ///
 /// ```
 /// use mocap::convert::{Moment, TimeRange};
@@ -67,7 +67,7 @@ impl TimeRange {
     #[cfg(feature = "schema")]
     const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end is optional";
 
-    /// Whether the part ends before it begins in any file. This is known if both ends are times, or both are frames.
+    /// Whether the range ends before it begins. This is known only if both ends are times, or if both are frames.
     fn ends_before_it_begins(self) -> bool {
         match (self.first, self.last) {
             (Some(Moment::Seconds(first)), Some(Moment::Seconds(last))) => last < first,
@@ -155,7 +155,7 @@ pub fn part_ticks(
     Ok((first_tick, last_tick))
 }
 
-/// Refuses a tick after the last; a scene without motion accepts all.
+/// Refuses a tick after the last tick. Without a motion, every tick is accepted.
 pub(super) fn check_within(animation: Option<&Animation>, tick: f64, message: &str) -> Result<()> {
     match animation {
         Some(animation) if tick > animation.duration => {

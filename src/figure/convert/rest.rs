@@ -1,4 +1,4 @@
-//! The T-pose and the A-pose: as the rest pose, and before the motion.
+//! Sets the T-pose or the A-pose as the rest pose, and inserts the T-pose before the motion.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
@@ -13,11 +13,11 @@ use crate::{Figure, TPose};
 const A_POSE: f32 = 45.0;
 
 impl Conversion {
-    /// Whether to insert the T-pose before the first frame, for programs that read BVH. The T-pose is on the floor of
-    /// the motion, where the motion begins.
+    /// Whether to insert the T-pose before the first frame, for programs that read BVH. The T-pose stands on the floor
+    /// of the motion, at the point over which the motion begins.
     ///
-    /// Default: `false`. The frames of the motion are then one later. The T-pose is inferred from the kept frames, at
-    /// their rate.
+    /// Default: `false`. With `true`, the frame numbers of the motion are one higher. The T-pose is inferred from the
+    /// kept frames, at their rate.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -50,7 +50,7 @@ impl Conversion {
         let t_pose = figure.t_pose(scene).ok_or_else(|| {
             let message = format!("there is no T-pose: {}", figure.humanoid.reason);
             Diagnostic::new(Code::NotHumanoid, message)
-                .help("name its bones in a {map}, or take the pose of a frame: {rest} frame:N")
+                .help("name the bones of the skeleton in a {map}, or take the pose of a frame: {rest} frame:N")
         })?;
         if is_asked_for {
             process::can_zero_rest_rotations(scene)?;

@@ -11,7 +11,7 @@ as_text!(RestPoseSource);
 
 impl RestPoseSource {
     #[cfg(feature = "schema")]
-    const TAKES: &str = "zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N";
+    const TAKES: &str = "zero (the rest pose of the file), t-pose, a-pose, or frame:N";
 }
 
 impl FromStr for RestPoseSource {

@@ -1,4 +1,4 @@
-//! The unit and the up axis of a scene.
+//! Defines the unit of length and the up axis of a scene.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::positive;
@@ -18,7 +18,7 @@ pub struct Space {
     pub up: Option<UpAxis>,
 }
 
-/// The required values.
+/// Which values a conversion needs.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct Needs {
@@ -59,13 +59,13 @@ impl Space {
         Ok(())
     }
 
-    /// Metres, +Y up.
+    /// Lengths in metres, and +Y up.
     pub(crate) const METRES: Self = Self {
         metres_per_unit: Some(1.0),
         up: Some(UpAxis::Y),
     };
 
-    /// The values of `self`, or else of `other`.
+    /// The values of `self`. A value that `self` lacks comes from `other`.
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             metres_per_unit: self.metres_per_unit.or(other.metres_per_unit),
@@ -73,7 +73,8 @@ impl Space {
         }
     }
 
-    /// Converts `self`, which describes the values of a file, to the scene: the reader may have converted the values.
+    /// Converts `self`, the unit and the up axis of the values in a file, to the unit and the up axis of the values in
+    /// the scene. The reader may have converted the values.
     fn of_scene(self, metadata: &Metadata) -> Self {
         let file = metadata.file_space;
         let unit = self.metres_per_unit.map(|stated| {
@@ -119,8 +120,8 @@ impl Space {
         warnings
     }
 
-    /// Sets `self`, which describes the values of a file, in its scene. A value that contradicts the file gives a
-    /// warning.
+    /// Sets `self`, the unit and the up axis of a file as the caller states them, in the scene of the file. A value
+    /// that contradicts the file gives a warning.
     #[doc(hidden)]
     pub fn state(self, scene: &mut Scene) {
         scene.warnings.extend(self.contradictions(&scene.metadata));
@@ -136,7 +137,7 @@ impl Space {
         }
     }
 
-    /// The values of `self`, or else the values that the file states.
+    /// The values of `self`. A value that `self` lacks is the value that the file states.
     #[doc(hidden)]
     pub fn or_stated(self, metadata: &Metadata) -> Self {
         self.of_scene(metadata).or(Self {
@@ -145,7 +146,8 @@ impl Space {
         })
     }
 
-    /// The values of `self`, or else the values that the file states, or else the needed guesses.
+    /// The values of `self`. A value that `self` lacks is the value that the file states, or otherwise a guess if
+    /// `needs` asks for it.
     #[doc(hidden)]
     pub fn or_found(self, metadata: &Metadata, survey: &Survey, needs: Needs) -> Self {
         self.or_stated(metadata).or(Self {

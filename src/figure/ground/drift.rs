@@ -1,4 +1,4 @@
-//! Height drift: the rise or fall of the ground under the feet over a motion, as inertial suits cause.
+//! Measures height drift: the ground seems to rise or fall under the feet over a motion. Inertial suits cause this.
 
 use std::iter::repeat_n;
 
@@ -8,7 +8,7 @@ use mocap_scene::math::median::median;
 /// The largest speed of a foot in contact with a drifting ground, in m/s.
 const SLOW: f32 = 0.4;
 
-/// Half the time window of this speed, in seconds. Noise has almost no speed over this window.
+/// Half of the time over which the speed of a foot is measured, in seconds. Over a shorter time, noise would add speed.
 const AROUND: f64 = 0.05;
 
 /// The shortest stance in seconds, as in running.
@@ -43,7 +43,7 @@ pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, r
         let track = track.as_ref();
         let height = |frame: usize| track[frame].dot(up) * metres;
         for [from, to] in stances(track, metres, rate) {
-            // Before this part, the foot comes to rest. After this part, the foot rolls off.
+            // In the first fifth of the stance, the foot comes to rest. In the last fifth, it rolls off.
             let rolls = (to - from) / 5;
             let [from, to] = [from + rolls, to - rolls];
             let seconds = (to - from) as f64 / rate;
@@ -69,7 +69,7 @@ pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, r
     let (ground, foot) = (median(&mut slopes)?, median(&mut speeds)?);
     let ends = parts.iter().map(|part| part.0);
     let seconds = ends.clone().reduce(f32::max)? - ends.reduce(f32::min)?;
-    // An ankle rises in every step.
+    // An ankle rises in every footstep, so only balls of the feet show that the ground carries the foot.
     let is_carried = ground.abs() < HILL || balls.is_none() || foot * ground.signum() > CARRIED * ground.abs();
     let is_drift = is_carried && ground.abs() < FASTEST;
     Some(if is_drift {

@@ -1,5 +1,5 @@
-//! The resting levels of the feet: a percentile of the height of the lowest foot. A frame's weight is the distance that
-//! the feet move around it.
+//! Finds the resting levels of the feet. A resting level is a percentile of the height of the lowest foot, over the
+//! frames of a motion. A frame's weight is the distance that the feet move around it.
 
 use glam::Vec3;
 
@@ -27,7 +27,8 @@ const STANDING: f32 = 0.3;
 /// The largest speed in m/s that counts: running counts no more than fast walking.
 const FAST: f32 = 1.5;
 
-/// The mean movement of the feet's points to the next frame, in metres, below which the frame is held.
+/// If the points of the feet move less than this distance to the next frame on average, in metres, the next frame
+/// repeats the frame.
 const HELD: f32 = 1e-5;
 
 /// A movement is a jump if it exceeds the second longest movement near it by this factor, plus this number of metres.
@@ -86,7 +87,7 @@ fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     };
     let most = (0..rests.len()).map(near).fold(0.0, f64::max);
     let sunk = (0..rests.len()).find(|at| near(*at) >= OFTEN * most)?;
-    // Lower levels with fewer frames than this are below the percentile anyway.
+    // A level with a smaller weight than `least` is below the percentile anyway.
     let [least, most] = [BELOW, RARELY].map(|fraction| fraction * sums[rests.len()]);
     if (least..=most).contains(&sums[sunk]) {
         rests.drain(..sunk);
@@ -109,7 +110,8 @@ fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     before.map(|(height, _)| height)
 }
 
-/// The weight of each examined frame: half of the mean distance that the points move before and after it, in metres.
+/// The weight of each examined frame in metres: half of the distance that the points move, on average, from the
+/// previous examined frame to the next.
 fn weights(tracks: &[&[Vec3]], (frames, stride): (usize, usize), metres: f32, rate: f64) -> Vec<f32> {
     let examined: Vec<usize> = (0..frames).step_by(stride).collect();
     let standing = STANDING * (stride as f64 / rate.max(f64::MIN_POSITIVE)) as f32;

@@ -16,7 +16,8 @@ const MOST_PAIRS: usize = 12;
 /// ten.
 const LONGEST_TRUNK: usize = 24;
 
-/// The lead in log-odds above which an assignment is clear: 2.7 to 1.
+/// If the score of an assignment is larger than the next score by this number of log-odds (2.7 to 1), the assignment is
+/// clear.
 pub(super) const CLEAR_LEAD: f32 = 1.0;
 
 /// The largest score of a trunk, in log-odds: names of head, neck, spine and hips, a head with a face, and a neck above
@@ -36,7 +37,7 @@ const LENGTHS_OF_TRUNK: f32 = 3.0;
 /// tip a millimetre away.
 const SHORTEST_TIP: f32 = 0.03;
 
-/// The middle of a body.
+/// The joints in the middle of a body: hips, spine, neck and head.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trunk {
     pub(super) hips: usize,
@@ -44,7 +45,7 @@ pub(super) struct Trunk {
     pub(super) spine: Vec<usize>,
     pub(super) neck: Option<usize>,
     pub(super) head: Option<usize>,
-    /// The mean fit of the lengths, 0 at best.
+    /// The mean score of the lengths; 0 is the best score.
     pub(super) lengths: f32,
     pub(super) score: f32,
     /// The path of joints on which the trunk was found.
@@ -61,7 +62,7 @@ pub(super) struct Body {
     #[doc(hidden)]
     pub trunk: Trunk,
     pub(super) score: f32,
-    /// Its lead over the best assignment with other limbs; infinite if there is none.
+    /// The difference to the score of the best assignment with other limbs than this one; infinite if there is none.
     pub(super) lead: f32,
     /// The first joints of the limbs of the second best assignment, legs before arms, and the score of the assignment.
     pub(super) second: Option<(Vec<[usize; 2]>, f32)>,
@@ -89,7 +90,7 @@ pub(super) fn find(tree: &Tree) -> Option<Body> {
     let mut bodies: Vec<Body> = Vec::new();
     let mut best = f32::NEG_INFINITY;
     for (score, legs, arms) in limbs {
-        // No trunk makes this body the best, or close enough to compare it with the best.
+        // Even the best trunk could not give this body a score near the best score.
         if score + MOST_OF_TRUNK < best - CLEAR_LEAD {
             break;
         }
@@ -111,7 +112,7 @@ pub(super) fn find(tree: &Tree) -> Option<Body> {
     Some(best)
 }
 
-/// Whether no limb of one pair is a descendant of a limb of the other.
+/// Whether no limb of one pair is a descendant of a limb of the other pair.
 fn are_apart(tree: &Tree, a: &Pair, b: &Pair) -> bool {
     a.roots
         .iter()
@@ -151,7 +152,7 @@ pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     let trunk = &mut body.trunk;
     let pelvis = body.legs.pair.branch;
     let shoulders = body.arms.as_ref().map_or(pelvis, |arms| arms.pair.branch);
-    // The paths from the legs up, and from the shoulders up, meet here.
+    // The common ancestor of the legs and the shoulders.
     let path = tree.path(pelvis, shoulders);
     let top = path
         .iter()
@@ -175,7 +176,7 @@ pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     }
 }
 
-/// The best assignment of the joints between legs and arms.
+/// The best assignment of bones of the trunk to the joints that lie between the legs and the arms.
 fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
     trunk_but(tree, legs, arms, None)
 }

@@ -1,4 +1,4 @@
-//! Creatures with legs and a trunk that are not humanoids.
+//! Recognises creatures with legs and a trunk that are not humanoids.
 //!
 //! The evidence is the same in all clips of a skeleton: names of parts that people do not have, a tail, and the lengths
 //! of a bird. If the limbs have the lengths of four legs, the stance in the motion is evidence too.
@@ -24,16 +24,16 @@ use crate::names::words::AnimalPart;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Creature {
-    /// It walks on four legs.
+    /// The creature walks on four legs.
     FourLegged,
-    /// It has wings, or the legs and the neck of a bird.
+    /// The creature has wings, or the legs and the neck of a bird.
     Bird,
-    /// It has a tail; its skeleton does not show that it stands on four legs.
+    /// The creature has a tail, and its skeleton does not show that it stands on four legs.
     Tailed,
 }
 
 impl Creature {
-    /// Its name in JSON.
+    /// The name of the creature in JSON.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::FourLegged => "four-legged",
@@ -73,7 +73,8 @@ const NECK_OF_BIRD: f32 = 0.6;
 /// 0.6, with a spread of 0.06; dogs, cats and horses have 0.8 to 1.1.
 const FRONT_LEGS: f32 = 0.78;
 
-/// The same ratio for limbs without names of arms. A dog whose hind legs have four bones has 0.78.
+/// The smallest ratio of upper arm plus forearm to thigh plus shin, as in [`FRONT_LEGS`], for limbs without names of
+/// arms. A dog whose hind legs have four bones has 0.78.
 const FRONT_LEGS_WITHOUT_NAMES: f32 = 0.7;
 
 /// The reason for an animal that stands on four limbs.

@@ -17,11 +17,11 @@ use crate::names::words::Part;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Explanation {
-    /// The sum over all parts.
+    /// The sum of the scores of all parts.
     pub log_likelihood: f32,
-    /// Legs, arms, trunk, and how legs and arms fit each other.
+    /// The parts: the legs, the arms, the trunk, and the fit between legs and arms.
     pub parts: Vec<PartExplanation>,
-    /// The best assignment with other limbs, as one phrase, and its score.
+    /// The best assignment whose limbs differ from those of the chosen assignment, as one phrase, and its score.
     pub second: Option<(String, f32)>,
 }
 
@@ -36,32 +36,32 @@ pub struct PartExplanation {
     pub part: &'static str,
     /// The joints of the part, from the body outwards, each with its bone.
     pub joints: Vec<String>,
-    /// The score of the tables. For two limbs, the mean of both.
+    /// The score of the part. For two limbs, it is the mean of both scores.
     pub log_likelihood: f32,
-    /// Each row with evidence.
+    /// The rows of the tables that have evidence about the part.
     pub evidence: Vec<ExplanationRow>,
     /// The joints of the second best assignment of this part, and its score.
     pub second: Option<(Vec<String>, f32)>,
 }
 
-/// The evidence of one row of a table.
+/// The evidence that one row of a table gives.
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ExplanationRow {
-    /// `lengths`, `names` or `shape`.
+    /// The name of the table: `lengths`, `names` or `shape`.
     pub table: &'static str,
-    /// The row: a ratio of lengths, a part of the body, or a sign.
+    /// The row of the table: a ratio of lengths, a part of the body, or a sign of the shape.
     pub row: &'static str,
-    /// The joint with the name, for a row about names.
+    /// The joint whose name was read. `None` unless the table is `names`.
     pub joint: Option<String>,
     /// The measured value: the ratio of two lengths, the fit of the name (1 at best), or the amount of the sign.
     pub found: f32,
-    /// The mean of a ratio in the table.
+    /// The mean of the ratio in the table. `None` unless the table is `lengths`.
     pub expected: Option<f32>,
-    /// The standard deviation of the ratio's logarithm.
+    /// The standard deviation of the logarithm of the ratio. `None` unless the table is `lengths`.
     pub spread: Option<f32>,
     /// The score of the row.
     pub log_likelihood: f32,
@@ -181,10 +181,10 @@ fn word(part: Part) -> &'static str {
     }
 }
 
-/// The evidence, row by row.
+/// Collects the rows with evidence for an explanation.
 struct Lines<'a> {
     scene: &'a Scene,
-    /// The weight of each row: a half for each of two limbs.
+    /// The weight of each row. It is 0.5 for each of two limbs, and 1 otherwise.
     weight: f32,
     all: Vec<ExplanationRow>,
 }

@@ -116,7 +116,7 @@ fn unbranched(tree: &Tree, start: usize) -> Vec<usize> {
 fn by_name(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)> {
     let mut known: Vec<(FingerKind, Vec<usize>)> = Vec::new();
     for chain in chains {
-        // `LeftFingerBase` above `LeftHandIndex1` stands for all fingers at once.
+        // A joint such as `LeftFingerBase` above `LeftHandIndex1` belongs to all fingers at once.
         let names_of_fingers = chain.iter().map(|node| &tree.names[*node]);
         let first = names_of_fingers
             .clone()
@@ -183,7 +183,7 @@ fn by_place(tree: &Tree, hand: usize, chains: &[Vec<usize>]) -> Vec<(FingerKind,
         }
     };
     let mut row: Vec<&Vec<usize>> = long.iter().copied().filter(|chain| chain[0] != thumb[0]).collect();
-    // Metacarpals begin close together, so the second joint counts too.
+    // Metacarpals begin close together, so the position of the second joint counts, too.
     let knuckle = |chain: &Vec<usize>| 0.5 * (tree.at[chain[0]] + tree.at[chain[1]]) - wrist;
     let along_hand = row.iter().map(|chain| knuckle(chain)).sum::<Vec3>().normalize_or_zero();
     let across_hand = |chain: &Vec<usize>| knuckle(chain) - knuckle(chain).dot(along_hand) * along_hand;

@@ -12,11 +12,11 @@ use crate::names::words::Part;
 /// some writers place the tip a millimetre away.
 const SHORTEST_TIP: f32 = 0.05;
 
-/// The largest detour that counts, as a fraction of the bone.
+/// A larger detour of the joints from the straight line counts as this detour, as a fraction of the bone.
 const MOST_DETOUR: f32 = 0.15;
 
-/// The cosine of the largest angle between foot and shin that counts. A foot in a T-pose is at right angles to the
-/// shin, and some are drawn at 73 degrees.
+/// A larger cosine of the angle between foot and shin counts as this cosine. In a T-pose, a foot is at right angles to
+/// the shin, and in some files at 73 degrees.
 const STANDS_OFF: f32 = 0.3;
 
 /// The largest distance beyond the wrist at which fingers may branch off, as a fraction of the forearm.
@@ -45,7 +45,7 @@ pub(super) struct Fit {
     pub(super) pair: Pair,
     /// For the limb of each root, the node of each of [`Kind::parts`].
     pub(super) joints: [[Option<usize>; 4]; 2],
-    /// The mean fit of the bones' lengths, 0 at best.
+    /// The mean score of the lengths of the bones; 0 is the best score.
     pub(super) lengths: f32,
     /// The mean fit of the bones' names: 1 if all names agree, 0 if no name has a meaning.
     pub(super) names: f32,
@@ -239,8 +239,9 @@ struct LimbHypothesis {
 
 /// The best assignment of two similar chains.
 ///
-/// A chain of 16 joints has thousands of assignments. The score of three bones is computed once for all positions of
-/// the fourth, and only if the fourth can still make the assignment the best.
+/// A chain of 16 joints has thousands of assignments. So the score of three bones is computed only once, and not again
+/// for each position of the fourth bone. Positions of the fourth bone are tried only if they can still give the best
+/// assignment.
 fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> Option<LimbHypothesis> {
     let fourth = if kind == Kind::Leg { Part::Toes } else { Part::Shoulder };
     let most_of_fourth = OPTIONAL_BONE.log_odds + weight_of_name(fourth);
@@ -332,7 +333,7 @@ fn read(chains: &[&Chain<'_>], kind: Kind, indices: [Option<usize>; 4]) -> LimbH
     reading
 }
 
-/// The evidence of a leg's lengths and shape. Returns the length of thigh plus shin.
+/// Adds the evidence of a leg's lengths and shape. Returns the length of thigh plus shin.
 fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return 0.0;
@@ -367,7 +368,7 @@ fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize, tally: &m
     tally.ratio(&SOLE_TO_SHIN, sole / shin);
 }
 
-/// The evidence of an arm's lengths and shape. Returns the length of upper arm plus forearm.
+/// Adds the evidence of an arm's lengths and shape. Returns the length of upper arm plus forearm.
 fn arm(chain: &Chain<'_>, indices: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     match indices {
         [Some(shoulder), Some(upper), Some(lower), _] => shoulder_fits(chain, shoulder, upper, lower, tally),

@@ -52,9 +52,9 @@ const SHORT_GIRDLE: f32 = 0.2;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct QuadrupedLeg {
-    /// Whether it is a front leg.
+    /// Whether the leg is a front leg.
     pub is_fore: bool,
-    /// Its side of the body.
+    /// The side of the body on which the leg is.
     pub side: Side,
     /// The shoulder blade, if it is a separate joint.
     pub girdle: Option<NodeId>,
@@ -69,7 +69,7 @@ pub struct QuadrupedLeg {
 }
 
 impl QuadrupedLeg {
-    /// Its name in JSON.
+    /// The name of the leg in JSON.
     pub const fn as_str(&self) -> &'static str {
         match (self.is_fore, self.side) {
             (true, Side::Left) => "leftFore",
@@ -110,7 +110,7 @@ impl QuadrupedLeg {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Quadruped {
-    /// The confidence in front and hind, left and right.
+    /// The confidence in which legs are front legs, and which side is left.
     pub confidence: Confidence,
     /// The reason, as one phrase.
     pub reason: String,
@@ -122,7 +122,7 @@ pub struct Quadruped {
     pub withers: NodeId,
     /// The joints from the withers to the head.
     pub neck: Vec<NodeId>,
-    /// The head.
+    /// The joint of the head.
     pub head: Option<NodeId>,
     /// The joints of the tail.
     pub tail: Vec<NodeId>,
@@ -131,7 +131,8 @@ pub struct Quadruped {
 }
 
 impl Quadruped {
-    /// The animal in a scene whose creature walks on four legs, with the found bones.
+    /// The animal in a scene. `humanoid` has the bones that were found, and the kind of the creature. `None` unless the
+    /// creature walks on four legs.
     pub(crate) fn of(scene: &Scene, humanoid: &Humanoid) -> Option<Self> {
         let Some(mut rig) = Rig::new(scene, &humanoid.follow) else {
             return find(scene, &Tree::new(scene, Vec::new()));
@@ -142,7 +143,8 @@ impl Quadruped {
         Some(found.map(|node| rig.node_of_file(node)))
     }
 
-    /// Its joints as the bones of a humanoid, for steps that need only pairs of joints: front legs are arms.
+    /// The joints of the animal as the bones of a humanoid, for steps that only need to know pairs of joints. The front
+    /// legs become arms.
     #[doc(hidden)]
     pub fn bones(&self) -> Humanoid {
         let mut bones = BTreeMap::from([(Bone::Hips, self.pelvis)]);
@@ -174,7 +176,7 @@ impl Quadruped {
         Humanoid::stated(bones, &self.reason)
     }
 
-    /// The animal with other nodes.
+    /// The same animal in another scene. `to` converts a node of the old scene to a node of the new scene.
     #[doc(hidden)]
     pub fn map(self, to: impl Fn(NodeId) -> NodeId) -> Self {
         let all = |nodes: Vec<NodeId>| nodes.into_iter().map(&to).collect();
@@ -320,7 +322,7 @@ fn legs(tree: &Tree) -> Vec<Legs> {
     pairs.iter().filter_map(|pair| Legs::new(tree, pair)).collect()
 }
 
-/// The two pairs of limbs that stand in most poses. Of several, the longest pairs.
+/// The two pairs of limbs that stand in most poses. If several stand equally often, the longest pairs.
 fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'a>> {
     let positions = |pose: &mocap_scene::pose::Pose| -> Vec<Vec3> {
         (0..tree.at.len())
@@ -361,8 +363,8 @@ fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'
     best.map(|(_, stance)| stance)
 }
 
-/// The excess of the trunk's length over its width between two pairs of limbs, from 0 to 1. It is needed because four
-/// limbs of one joint can be paired across the trunk or along the trunk.
+/// The length of the trunk between two pairs of limbs, as a fraction of the sum of its length and its width. It shows
+/// the right pairs: four limbs that begin at one joint can be paired across the trunk or along the trunk.
 fn length_of_trunk(views: &[&[Vec3]], pairs: [&Legs; 2]) -> f32 {
     let of_view = |view: &&[Vec3]| {
         let along = pairs[0].middle(view).distance(pairs[1].middle(view));
@@ -384,7 +386,7 @@ fn stands(view: &[Vec3], pairs: [&Legs; 2]) -> bool {
         .normalize_or_zero();
     let along = pairs[0].middle(view) - pairs[1].middle(view);
     let forward = along.normalize_or_zero();
-    // In a step, all legs may lean in one direction, so the ground is along the trunk.
+    // During a step, all legs may lean in one direction. So down is measured at right angles to the trunk.
     let below = down.reject_from(along.normalize_or(Vec3::X)).normalize_or_zero();
     let levels = limbs.map(|limb| view[limb.paw].dot(below));
     let (least, most) = levels.fold((f32::MAX, f32::MIN), |(least, most), level| {

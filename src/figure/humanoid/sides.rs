@@ -17,7 +17,7 @@ use super::topology::Tree;
 /// The log-odds from which evidence decides a side: 1.3 to 1.
 const SAYS_A_SIDE: f32 = 0.25;
 
-/// In a standing rest pose, the cosine of the angle between each leg and the trunk is below this.
+/// In a standing rest pose, the cosine of the angle between each leg and the trunk is below this value.
 const STANDS: f32 = -0.6;
 
 /// The smallest distance of a knee or elbow from the straight line that counts, as a fraction of the limb.
@@ -247,7 +247,7 @@ impl Found {
             (None, Some(_)) if is_arm_unclear => (
                 Sides::Unknown,
                 Confidence::Unsure,
-                "the names have no sides, and the shoulders are twisted against the hips".to_owned(),
+                "the names do not state left or right, and the shoulders are twisted against the hips".to_owned(),
             ),
             (None, Some(_)) => (
                 Sides::Unknown,
@@ -256,7 +256,7 @@ impl Found {
                 } else {
                     Confidence::Unsure
                 },
-                format!("the names have no sides, but {shown_by} shows left and right"),
+                format!("the names do not state left or right, but {shown_by} shows them"),
             ),
             (Some(_), None) => (
                 Sides::Unknown,

@@ -1,4 +1,4 @@
-//! The statements of a map about the joints of a scene.
+//! Reads what a map states about the joints of a scene.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Humanoid;
 
-/// The names of joints that are bones of the humanoid, and of joints that follow a joint other than their parent.
+/// A map: the names of the joints that are bones of the humanoid, and of the joints that follow another joint than
+/// their parent.
 ///
 /// ```
 /// use mocap::figure::{HumanoidBone, HumanoidMap};
@@ -25,7 +26,7 @@ pub struct HumanoidMap {
     /// The joint of each bone; `None` for a bone that the skeleton lacks.
     #[serde(flatten)]
     pub bones: BTreeMap<HumanoidBone, Option<String>>,
-    /// Joints that follow a joint other than their parent, each with the bone or the joint that it follows.
+    /// The joints that follow another joint than their parent, each with the bone or the joint that it follows.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub follow: BTreeMap<String, String>,
 }
@@ -77,7 +78,7 @@ impl FromIterator<(HumanoidBone, Option<String>)> for HumanoidMap {
     }
 }
 
-/// A map by the nodes of a scene.
+/// What a map states, with nodes of a scene instead of names.
 pub(super) struct StatedJoints {
     pub(super) bones: BTreeMap<HumanoidBone, Option<NodeId>>,
     pub(super) follow: BTreeMap<NodeId, NodeId>,
@@ -163,7 +164,7 @@ impl StatedJoints {
     }
 }
 
-/// The joint of a name.
+/// The joint with a name. Fails if no joint has the name; `what` names in the error what the map states.
 fn joint(scene: &Scene, name: &str, what: impl Fn() -> String) -> Result<NodeId> {
     let names = || scene.nodes.iter().map(|node| node.name.as_str());
     if let Some(joint) = names().position(|other| other == name) {

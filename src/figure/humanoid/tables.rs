@@ -2,8 +2,9 @@
 //! the joints are for these bones.
 //!
 //! An assignment scores the sum of natural logarithms of likelihoods. The logarithm of a ratio of two lengths is
-//! assumed to be normally distributed. One mean and one spread serve all bodies: adults and the skeletons that programs
-//! ship. A name or a sign in the tree adds the logarithm of its likelihood ratio between right and wrong assignments.
+//! assumed to be normally distributed. The table has one mean and one spread for all bodies: for adults, and for the
+//! skeletons that programs ship. A name or a sign in the tree adds the logarithm of its likelihood ratio between right
+//! and wrong assignments.
 //!
 //! The means are near the means of the skeletons in `fixtures`, whose bones were mapped by hand. `tools/figure/fit`
 //! prints both. The spreads are wider than the printed spreads, because other skeletons vary more: children, giants,
@@ -16,11 +17,11 @@ use crate::names::words::Part;
 pub(super) struct Ratio {
     pub(super) what: &'static str,
     pub(super) mean: f32,
-    /// The standard deviation of its natural logarithm.
+    /// The standard deviation of the natural logarithm of the ratio.
     pub(super) spread: f32,
-    /// Its weight: less than 1 if it depends on other ratios of the table.
+    /// The weight of the ratio. It is less than 1 if the ratio depends on other ratios of the table.
     pub(super) weight: f32,
-    /// The smallest ratio: a smaller one counts as this ratio, because some joints coincide with their parents.
+    /// A smaller ratio counts as this ratio, because some joints coincide with their parents.
     pub(super) least: f32,
     /// The lowest logarithm of the likelihood, because an author may choose any length.
     pub(super) lowest: f32,
@@ -171,7 +172,7 @@ pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head branches off b
 /// Collects the score of an assignment, body part by body part.
 pub(super) trait Tally {
     fn ratio(&mut self, row: &'static Ratio, ratio: f32);
-    /// `times` is the number of signs, or the amount of the sign.
+    /// Adds the score of the sign times `times`: how often the sign occurs, or how strong the sign is.
     fn sign(&mut self, row: &'static Sign, times: f32);
     /// `fit` is the score of the name of `node`, from -1 to 1.
     fn name(&mut self, part: Part, node: usize, fit: f32, fraction: f32);

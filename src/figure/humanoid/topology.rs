@@ -1,4 +1,4 @@
-//! The skeleton as a tree of bones: lengths, chains, and pairs of limbs.
+//! Describes the skeleton as a tree of bones, and finds its chains and its pairs of limbs.
 
 use glam::Vec3;
 use mocap_scene::pose::{Binding, Pose};
@@ -28,8 +28,8 @@ const NO_LENGTHS: f32 = 0.8;
 /// the hips, and two legs and two arms of three joints each.
 const NAMED_JOINTS: usize = 12;
 
-/// The fit of a joint without a meaningful name to a part, in such a skeleton. Its penalty equals the score that the
-/// lengths of an optional bone add.
+/// The penalty for a joint whose name has no meaning, in a skeleton that names its bones. It replaces the fit of the
+/// name to a part. It is as large as the score that the lengths of an optional bone can add.
 const NAMELESS: f32 = -0.4;
 
 /// The fit of a joint that a map names as another part. No length outweighs this penalty.
@@ -45,9 +45,9 @@ pub(super) struct Tree {
     pub(super) parent: Vec<Option<usize>>,
     /// The children of each node.
     pub(super) children: Vec<Vec<usize>>,
-    /// Nodes that the file can animate.
+    /// For each node, whether the file can animate it.
     pub(super) is_joint: Vec<bool>,
-    /// The distance to the parent.
+    /// The distance of each node from its parent.
     pub(super) bone: Vec<f32>,
     /// The length of the longest chain from the node down.
     pub(super) reach: Vec<f32>,

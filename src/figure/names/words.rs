@@ -1,6 +1,6 @@
-//! The words in joint names, and the body parts that each word can mean.
+//! Lists the words in joint names, and the body parts that each word can mean.
 //!
-//! Collected from the names that programs and capture systems write:
+//! The words come from the names that programs and capture systems write:
 //!
 //! - modelling programs: MotionBuilder, Mixamo, 3ds Max Biped, Maya, Blender Rigify, Unreal, VRM, MikuMikuDance, Poser,
 //!   Daz, MakeHuman, Second Life
@@ -13,7 +13,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// A part of the body that a joint begins.
+/// A part of the body. A joint with such a name is at the start of the part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     Hips,
@@ -40,7 +40,8 @@ use Part::{
     Eye, Finger, Foot, Hand, Head, Hips, Jaw, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperLeg,
 };
 
-/// The words, in lower case, without blanks, sides and numbers, each with its meaning.
+/// The words of joint names, each with its meaning. They are in lower case. Blanks, numbers, and words for left and
+/// right are removed.
 const WORDS: &[(Meaning, &[&str])] = &[
     (
         &[(Hips, 1.0)],
@@ -321,7 +322,7 @@ const WORDS: &[(Meaning, &[&str])] = &[
     ),
 ];
 
-/// Words without a meaning for the body: words of rigs, of programs, of kinds of joints.
+/// Words that mean no part of the body, such as words of rigs, names of programs, and kinds of joints.
 pub(crate) const NOISE: &[&str] = &[
     "jnt",
     "joint",

@@ -11,14 +11,14 @@ const SHARED_FACE: f32 = 0.1;
 /// The number of a limb's vertices whose nearest neighbours are searched.
 const SAMPLES: usize = 64;
 
-/// Weights below this fraction are stray.
+/// A weight of a vertex below this fraction is ignored as stray.
 const STRAY: f32 = 0.01;
 
 /// The parts of the skin that joints share.
 pub(super) struct SharedSkin {
-    /// Whether a node moves vertices.
+    /// Whether a node moves vertices of the skin.
     has_skin: Vec<bool>,
-    /// The share of each pair of joints, the lower index first.
+    /// For each pair of joints, how much of the skin both move. The lower index is first in the key.
     shared: HashMap<(usize, usize), f32>,
 }
 
@@ -58,7 +58,7 @@ impl SharedSkin {
         *self.shared.entry((joint.min(other), joint.max(other))).or_default() += shared;
     }
 
-    /// Whether a node moves vertices.
+    /// Whether a node moves vertices of the skin.
     pub(super) fn has(&self, node: usize) -> bool {
         self.has_skin[node]
     }
@@ -68,13 +68,13 @@ impl SharedSkin {
         (0..self.has_skin.len()).filter(|node| self.has_skin[*node])
     }
 
-    /// The share of two joints.
+    /// How much of the skin both joints move.
     pub(super) fn shared(&self, joint: usize, other: usize) -> f32 {
         let pair = (joint.min(other), joint.max(other));
         self.shared.get(&pair).copied().unwrap_or_default()
     }
 
-    /// The shares of these joints with each other joint.
+    /// For each other joint, how much of the skin it moves together with one of `joints`.
     pub(super) fn shared_by(&self, joints: &[usize]) -> BTreeMap<usize, f32> {
         let mut others = BTreeMap::new();
         for ((low, high), shared) in &self.shared {

@@ -1,4 +1,4 @@
-//! Feet without a joint between foot and shin.
+//! Finds the feet of a robot without a joint between foot and shin.
 
 use glam::DVec3;
 use mocap_scene::scene::robot::RobotShape;
@@ -12,8 +12,8 @@ const SHIN: f64 = 0.5;
 const LEVEL_SOLE: f64 = 0.02;
 
 impl Tree<'_> {
-    /// The foot of a shin without an ankle. It is the lowest link that is fixed to the shin, if that link is below the
-    /// knee. Else it is the shin itself, if its shapes show the end of the shin.
+    /// The foot of a shin without an ankle. It is the lowest link that is fixed to the shin, if this link is below the
+    /// knee. Otherwise it is the shin itself, if the shapes of the shin show its end.
     pub(super) fn fixed_foot(&self, shin: usize) -> Option<usize> {
         let height = |link: &usize| self.transforms[*link].translation.z;
         let fixed = (shin + 1..self.transforms.len()).filter(|link| self.is_fixed_to(*link, shin));

@@ -1,4 +1,4 @@
-//! The scene of a moving robot with the bones of a person.
+//! Makes the scene of a moving robot with the bones of a person.
 
 use std::collections::HashSet;
 
@@ -9,15 +9,17 @@ use mocap_scene::scene::{Animation, Channel, Node, NodeId, NodeKind, Scene};
 use super::t_pose::RobotTPose;
 use super::{RobotBone, robot_bones, robot_scene};
 
-/// The suffix of a bone's name, after the name of its link, if the bone begins elsewhere than the frame of the link.
+/// The suffix of the name of a bone's node. The node has this suffix after the name of the link if the bone does not
+/// begin at the origin of the link.
 const BONE: &str = "_bone";
 
-/// The largest distance between a bone's start and the frame of its link that is rounding of axes, in metres.
+/// If the start of a bone is within this distance of the origin of its link, both are the same point, in metres.
+/// Rounded axes cause such distances.
 const SAME_PLACE: f64 = 1e-6;
 
-/// A robot with an animation of [`robot_scene`]: at rest in its T-pose, with the nodes of bones where the bones begin.
-/// A link whose bone begins elsewhere has two nodes: its bone, and the frame of the link, which has the name of the
-/// link.
+/// A scene of a robot with animations of [`robot_scene`]. Its rest pose is the T-pose, and the node of a bone is at the
+/// start of the bone. If the bone does not begin at the origin of its link, the link has two nodes: the bone, and the
+/// origin, which has the name of the link.
 pub fn scene_of_clips(robot: &Robot, clips: Vec<Animation>) -> Scene {
     let mut scene = robot_scene(robot);
     scene.animations = clips;
@@ -31,8 +33,8 @@ pub fn scene_of_clips(robot: &Robot, clips: Vec<Animation>) -> Scene {
     scene
 }
 
-/// The node that moves with each link in a scene of the robot's motion: of [`scene_of_clips`] or of [`robot_scene`].
-/// `None` for the scene of another body.
+/// For each link, the node that moves with the link in a scene from [`scene_of_clips`] or [`robot_scene`]. `None` if
+/// the scene is of another body.
 pub fn nodes_of_links(robot: &Robot, scene: &Scene) -> Option<Vec<usize>> {
     let mut nodes: Vec<usize> = Vec::with_capacity(robot.links.len());
     let mut next = 0;
@@ -44,7 +46,8 @@ pub fn nodes_of_links(robot: &Robot, scene: &Scene) -> Option<Vec<usize>> {
             let rest = node.and_then(|node| node.name.strip_prefix(link.name.as_str()));
             rest.is_some_and(|rest| rest.starts_with(BONE))
         };
-        // The frame of the base is a child of its bone. The frame of another link is before its bone.
+        // The node at the frame of the base is a child of the base's bone, and so comes after it. For any other link,
+        // the node at its frame comes before its bone.
         let (node, taken) = match is_named(next) {
             true if is_bone(next + 1) && !is_of_link(robot, next + 1, scene) => (next + 1, 2),
             true => (next, 1),
@@ -140,7 +143,7 @@ fn rotation_at(rotations: &[Quat], key: usize) -> Quat {
 
 /// Moves the nodes of links that are bones to the starts of their bones. The origin of a link may be anywhere: the
 /// origin of a thigh may be 12 cm below the hip. Rotations of links, and other nodes, do not change. Returns the start
-/// of each bone in the frame of its link.
+/// of each bone in the coordinate frame of its link.
 fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose: &RobotTPose) -> Vec<Vec3> {
     let mut begins = vec![Vec3::ZERO; robot.links.len()];
     for bone in bones {
@@ -177,8 +180,8 @@ fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose:
     begins
 }
 
-/// Rotates the links of a robot's scene at rest to its T-pose. Links that move with a bone follow it. A reader that
-/// treats the scene as a person then finds the rotation of each bone. The links keep their lengths.
+/// Rotates the links of a robot's scene from the rest pose to the T-pose. Links that move with a bone follow it. A
+/// reader that treats the scene as a person then finds the rotation of each bone. The links keep their lengths.
 fn rest_in_t_pose(scene: &mut Scene, robot: &Robot, t_pose: &RobotTPose) {
     let mut world: Vec<DQuat> = Vec::with_capacity(robot.links.len());
     let mut to_t_pose: Vec<DQuat> = Vec::with_capacity(robot.links.len());

@@ -1,20 +1,28 @@
-//! The soles of a robot's feet.
+//! Finds the soles of a robot's feet.
 
 use glam::{DQuat, DVec2, DVec3};
 
 use mocap_scene::math::hull::{area, convex_hull};
 use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
-/// A ball of a foot's shape, in the frame of the foot. The ball stays above the floor.
+/// A ball that is a part of a foot's shape, in the coordinate frame of the foot. The ball must stay above the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoleBall {
     pub centre: DVec3,
     pub radius: f64,
 }
 
-/// The height of the lowest point of a foot's balls if the foot has the placement `foot`; infinite without balls.
+impl SoleBall {
+    /// The lowest point of the ball if the foot has the placement `foot`.
+    pub fn bottom(&self, foot: &Placement) -> DVec3 {
+        foot.point(self.centre) - self.radius * DVec3::Z
+    }
+}
+
+/// The height of the lowest point of the balls of a foot. `foot` is the placement of the foot. The height is infinite
+/// without balls.
 pub fn lowest_point(balls: &[SoleBall], foot: &Placement) -> f64 {
-    let heights = balls.iter().map(|ball| foot.point(ball.centre).z - ball.radius);
+    let heights = balls.iter().map(|ball| ball.bottom(foot).z);
     heights.fold(f64::INFINITY, f64::min)
 }
 
@@ -22,7 +30,8 @@ pub fn lowest_point(balls: &[SoleBall], foot: &Placement) -> f64 {
 #[derive(Clone, Debug)]
 pub struct Sole {
     pub balls: Vec<SoleBall>,
-    /// The rotation of the foot from its pose with all joints at 0 to standing flat, in the axes of the robot.
+    /// The rotation of the foot from its pose with all joints at 0 to the pose in which it stands flat, in the axes of
+    /// the robot.
     pub to_flat: DQuat,
     /// Whether shapes in the robot's file show the sole.
     pub is_shown: bool,
@@ -31,8 +40,8 @@ pub struct Sole {
 /// The largest height difference between the corners of a sole, as a fraction of the leg.
 const SOLE: f64 = 0.03;
 
-/// The dimensions of a sole that no shape shows, as fractions of the leg: from the ankle to the floor, to the front and
-/// to the back.
+/// The dimensions of a sole that no shape shows, as fractions of the leg. They are the distances from the ankle to the
+/// floor, to the front end and to the back end.
 const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
 
 /// The longest side of a foot, as a fraction of the leg. A longer box with the inertia of the link is not a foot.
@@ -51,9 +60,10 @@ const LARGER: f64 = 1.5;
 /// The largest distance of balls from the plane of a face, as a fraction of the leg.
 const FACE: f64 = 0.01;
 
-/// The sole of the foot `link`, from its collision shapes, else from its visual shapes, else from the box that has the
-/// inertia of the link. `zero_pose` has the placements of the links with all joints at 0. `leg` is the length of a leg.
-/// With all joints at 0, a foot stands on its sole, or on a larger face that is tilted against the floor.
+/// The sole of the foot `link`. It comes from the collision shapes of the link. Without these, it comes from its visual
+/// shapes, or from the box that has the inertia of the link. `zero_pose` has the placements of the links with all
+/// joints at 0. `leg` is the length of a leg. With all joints at 0, a foot stands on its sole, or on a larger face that
+/// is tilted against the floor.
 pub fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, leg: f64) -> Sole {
     let foot = &zero_pose[link];
     let is_of_foot = |mut here: usize| loop {

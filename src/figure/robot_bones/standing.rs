@@ -1,11 +1,11 @@
-//! The limbs on which a robot stands.
+//! Finds the limbs on which a robot stands.
 
 use mocap_scene::scene::robot::Robot;
 
 use super::{LIMB, LOW, Tree};
 
-/// The legs of a robot, with all joints at 0: the moving links of each limb that ends at the level of the lowest limb,
-/// from the trunk outwards.
+/// The legs of a robot: for each leg, its moving links from the trunk outwards. A leg is a limb that ends at the level
+/// of the lowest limb when all joints are at 0.
 pub fn standing_limbs(robot: &Robot) -> Vec<Vec<usize>> {
     Tree::new(robot).standing_limbs()
 }

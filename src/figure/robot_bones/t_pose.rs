@@ -1,4 +1,5 @@
-//! The T-pose of a robot: arms sideways, legs down, feet standing, computed from the axes of its joints.
+//! Computes the T-pose of a robot from the axes of its joints. In the T-pose, the arms are horizontal, the legs point
+//! down, and the feet stand on their soles.
 
 use std::collections::BTreeMap;
 
@@ -29,22 +30,22 @@ pub struct ForearmTip {
     pub at: DVec3,
     /// The link to which the end is fixed.
     pub link: usize,
-    /// The position of the end in the frame of the link.
+    /// The position of the end in the coordinate frame of the link.
     pub point: DVec3,
 }
 
 /// A robot in the T-pose.
 #[derive(Clone, Debug)]
 pub struct RobotTPose {
-    /// The links with all joints at 0.
+    /// The placement of each link with all joints at 0.
     pub zero_pose: Vec<Placement>,
-    /// The bones. A robot without legs gets the legs of a person with the same shoulders.
+    /// The bones. A robot without legs gets the legs of a person whose shoulders are as wide as those of the robot.
     pub parts: BTreeMap<Bone, BonePart>,
     /// The ends of forearms without a hand.
     pub tips: Vec<ForearmTip>,
     /// The rotation from the figure's axes to the robot's world.
     pub figure_to_world: DQuat,
-    /// The soles of both feet, in the frame of the link.
+    /// The soles of both feet, in the coordinate frames of their links.
     pub soles: [Vec<SoleBall>; 2],
     /// The height of the floor with all joints at 0, in the robot's world.
     pub floor: f64,
@@ -58,7 +59,7 @@ impl RobotTPose {
     /// The T-pose of a robot with these bones.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where both legs or arms begin at one point, or a leg has no length.
+    /// [`Code::NotHumanoid`] if both legs or both arms begin at one point, or if a leg has no length.
     pub fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
         let found: BTreeMap<Bone, &RobotBone> = bones.iter().map(|bone| (bone.bone, bone)).collect();
         let at = |bone: Bone| found.get(&bone).map(|bone| bone.at);
@@ -72,7 +73,7 @@ impl RobotTPose {
             .map(|(left, right)| left - right)
             .unwrap_or_default();
         let left = across.reject_from_normalized(DVec3::Z).try_normalize().ok_or_else(|| {
-            let message = "the robot is not a humanoid: both legs or both arms begin at one point";
+            let message = "the robot is not a humanoid: both legs or both arms begin at the same point";
             Diagnostic::new(Code::NotHumanoid, message)
         })?;
         let forward = left.cross(DVec3::Z);
@@ -96,8 +97,8 @@ impl RobotTPose {
         (self.figure_to_world.inverse() * to_t_pose * self.zero_pose[bone.link].rotation).normalize()
     }
 
-    /// The start of a bone, in the frame of its link. For a thigh and an upper arm, it is the end of the bone in the
-    /// T-pose, less the length of the bone.
+    /// The start of a bone, in the coordinate frame of its link. For a thigh or an upper arm, it is computed from the
+    /// end of the bone in the T-pose and the length of the bone.
     pub fn start(&self, bone: &RobotBone, bones: &[RobotBone]) -> DVec3 {
         let to_link = |at: DVec3| self.zero_pose[bone.link].to_inner(at);
         let from_end = |next: Bone| {
@@ -146,11 +147,12 @@ impl Builder<'_> {
     /// The end of a forearm without a hand. Its distance from the elbow is a multiple of the distance from the elbow to
     /// the forearm's centre of mass. If the file has no mass, the centre of the shapes is used.
     fn tip(&self, forearm: Bone) -> Option<DVec3> {
-        /// The distance from the elbow to the end of a forearm, as a multiple of the distance to its centre of mass. A
-        /// uniform bar has 2; a forearm that is thicker at the elbow has less.
+        /// The distance from the elbow to the end of a forearm, as a multiple of the distance to its centre of mass.
+        /// For a uniform bar, it is 2. For a forearm that is thicker at the elbow, it is less.
         const BEYOND: f64 = 1.8;
 
-        /// The largest distance between a centre and the elbow that shows no direction, in metres: rounding in files.
+        /// If the centre of mass is within this distance of the elbow, it shows no direction, in metres. Rounding in
+        /// files causes such distances.
         const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;
         let from_joint = |centre: DVec3| {
@@ -274,7 +276,8 @@ impl Builder<'_> {
         })
     }
 
-    /// Adds the legs of a person with the same shoulders to a robot without legs. Returns the height of the floor.
+    /// Gives a robot without legs the legs of a person whose shoulders are as wide as those of the robot. Returns the
+    /// height of the floor.
     fn add_legs(&self, parts: &mut BTreeMap<Bone, BonePart>) -> f64 {
         /// The width of a person's hips, as a fraction of the width of the shoulders.
         const WIDTH: f64 = 0.5;

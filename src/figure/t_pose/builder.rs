@@ -13,15 +13,15 @@ use crate::axes::{Evidence, Shown, angle_about};
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
 
-/// The largest angle in radians between the facing of the rest pose and the nearest axis that counts as inexact facing.
-/// A larger angle is intended, and the figure is rotated to face along the axis.
+/// If the facing of the rest pose differs from the nearest axis by at most this angle in radians, it was meant to be
+/// along the axis. A larger angle is intended, and the figure is rotated to face along the axis.
 const FACING_IS_INEXACT: f32 = 0.09;
 
-/// A foot that points further down than this, as a fraction of its length, does not stand on its sole at rest.
+/// If a foot points farther down than this fraction of its length, it does not stand on its sole in the rest pose.
 const POINTED_FOOT: f32 = 0.9;
 
-/// The largest shortest rotation from a standing rest pose, in radians, at which the roll of the bone is certain. Arms
-/// that hang down rotate by 90 degrees.
+/// The largest angle in radians by which a bone may rotate from a standing rest pose to the T-pose, if its roll is to
+/// be certain. Arms that hang down rotate by 90 degrees.
 const SMALL_TURN: f32 = 1.05;
 
 /// The roll of a palm that faces forward or back in a standing rest pose, in radians. A palm that is rolled further
@@ -48,7 +48,7 @@ pub(super) struct Builder {
     pub(super) axes: Quat,
     pub(super) bones: BTreeMap<Bone, NodeId>,
     pub(super) hierarchy: Hierarchy,
-    /// The evidence of the motion, if the rest pose does not stand.
+    /// What the motion shows, if the figure does not stand in its rest pose.
     pub(super) shown: Option<Shown>,
     /// The reference pose.
     pub(super) positions: Vec<Vec3>,
@@ -88,7 +88,7 @@ impl Builder {
     }
 
     /// Chooses the rotation of a bone to its T-pose, with the reason. `facing` rotates the whole figure forward.
-    /// `above` is the rotation of the parent bone. `axes` are left, up and forward in the world.
+    /// `above` is the rotation of the parent bone. `axes` has the directions left, up and forward in the world.
     fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> TPoseRotation {
         let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
             (Some(direction), part) => {
@@ -162,7 +162,7 @@ impl Builder {
         match evidence {
             Evidence::Hinge => Some((roll * to_t_pose, TPoseReason::Hinge)),
             Evidence::UnlikeOtherSide => Some((roll * to_t_pose, TPoseReason::HingeUnlikeOtherSide)),
-            // A first frame in T-pose is better evidence than an average or the other side.
+            // A first frame in T-pose is better evidence than an average rotation or the hinge of the other side.
             _ if self.source == TPoseSource::FirstFrame => None,
             Evidence::OtherSide => Some((roll * to_t_pose, TPoseReason::OtherSide)),
             Evidence::Average => Some((roll * to_t_pose, TPoseReason::AverageOfMotion)),

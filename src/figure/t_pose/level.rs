@@ -7,11 +7,12 @@ use super::builder::Builder;
 use super::stance::{self, Foot};
 use super::{TPoseReason, TPoseSource};
 
-/// The largest angle in radians by which a foot of a standing rest pose may be off its sole: 40 degrees, high
+/// The largest angle in radians by which a foot of a standing rest pose may be off its sole: 40 degrees, for high
 /// heels.
 const LEVELLED: f32 = 0.7;
 
-/// The same angle for any other rest pose, in radians: 69 degrees, for a foot that points along the shin.
+/// The largest angle in radians by which a foot of any other rest pose may be off its sole: 69 degrees, for a foot that
+/// points along the shin.
 const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
 /// The smallest cosine of the average angle between head and chest in a motion at which the T-pose keeps the head.
@@ -25,11 +26,12 @@ const TURNED_SHOULDER: f32 = 0.35;
 /// stands on its soles, the feet of the motion differ from the rest pose by up to 13 degrees.
 const SMALLEST_LEVELLED: f32 = 0.26;
 
-/// The same angle for any other rest pose, in radians: larger than rounding.
+/// The smallest angle, in radians, by which a foot of any other rest pose is corrected. It is larger than rounding
+/// errors.
 const SMALLEST_WITHOUT_REST: f32 = 0.02;
 
-/// The smallest angle of both legs in a rest pose that counts as legs apart, in radians. The legs of CMU's database
-/// have an angle of 20 degrees, and its feet are rolled with the legs.
+/// The smallest sideways angle of each leg in a rest pose that stands with its legs apart, in radians. In CMU's
+/// database, this angle is 20 degrees, and the feet are rolled with the legs.
 const SMALLEST_APART: f32 = 0.1;
 
 /// Feet are rolled with the legs if the motion shows this fraction of the legs' angle as roll. Clips of CMU's database
@@ -37,7 +39,7 @@ const SMALLEST_APART: f32 = 0.1;
 const ROLLED_WITH_LEGS: std::ops::RangeInclusive<f32> = 0.3..=2.0;
 
 impl Builder {
-    /// Levels the feet; if the rest pose does not stand, also head and shoulders.
+    /// Levels the feet. If the figure does not stand in its rest pose, also levels head and shoulders.
     pub(super) fn level(&mut self, scene: &Scene) {
         self.level_feet(scene);
         if self.source != TPoseSource::RestPose {
@@ -98,9 +100,9 @@ impl Builder {
         (is_mirrored && (SMALLEST_APART..=LEVELLED).contains(&apart)).then_some(apart)
     }
 
-    /// Puts the feet of the reference pose on their soles by the motion, both by the same angle. If the rest pose does
-    /// not stand, the reference pose does not show the roll of the feet. If the rest pose stands with its legs apart,
-    /// as in CMU's database, its feet may be rolled outwards with the legs.
+    /// Puts the feet of the reference pose on their soles, as the motion shows them. Both feet are rotated by the same
+    /// angle. If the rest pose does not stand, the reference pose does not show the roll of the feet. If the rest pose
+    /// stands with its legs apart, as in CMU's database, its feet may be rolled outwards with the legs.
     fn level_feet(&mut self, scene: &Scene) {
         let stands = self.source == TPoseSource::RestPose;
         let levelled = match stands {

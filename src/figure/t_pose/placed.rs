@@ -1,4 +1,4 @@
-//! The T-pose as a pose of the scene: its position, and lowered arms.
+//! Places the T-pose in the scene, and lowers its arms for an A-pose.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::pose::Pose;
@@ -8,7 +8,7 @@ use super::{TPose, TPoseSource};
 use crate::Figure;
 
 impl TPose {
-    /// The pose with its arms lowered by this angle in degrees: 45 degrees give an A-pose.
+    /// The T-pose with its arms lowered by an angle in degrees. 45 degrees give an A-pose.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -1,4 +1,4 @@
-//! The directions of bones in a T-pose, and the nodes that show them.
+//! Defines the directions of bones in a T-pose, and finds the nodes that show these directions.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ pub(super) const POINTING_KNUCKLES: [Bone; 4] = [
     Bone::LeftLittleProximal,
 ];
 
-/// The node towards which a bone points: the next bone, else the only child of its joint.
+/// The node towards which a bone points: the joint of the next bone, or otherwise the only child of the bone's joint.
 pub(crate) fn next(
     hierarchy: &Hierarchy,
     bones: &BTreeMap<Bone, NodeId>,

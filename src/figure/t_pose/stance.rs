@@ -1,6 +1,6 @@
-//! The rotation of a standing foot, and of a head relative to the neck, from the motion.
+//! Finds from the motion the rotation of a standing foot, and the rotation of a head relative to the neck.
 //!
-//! The rest pose of a motion file may have feet that point down or anywhere. A foot stands on its sole in the frames in
+//! In the rest pose of a motion file, the feet may point down or anywhere. A foot stands on its sole in the frames in
 //! which its ankle and ball have their lowest heights.
 
 use glam::{Quat, Vec3};
@@ -11,7 +11,7 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use crate::poses::sample;
 
-/// The fraction of all positions of both feet that count as the lowest.
+/// The fraction of all positions of both feet that counts as the lowest positions.
 const SHARE: f32 = 0.2;
 
 /// The fraction of an ankle's positions that may be below its lowest height. They are noise.
@@ -20,7 +20,7 @@ const NOISE: f64 = 0.02;
 /// The smallest number of frames that show the stance of a foot.
 const FEWEST: usize = 8;
 
-/// The largest range of the middle half of these frames, in radians.
+/// The largest range of the angles in the middle half of the frames that show the stance, in radians.
 const SPREAD: f32 = 0.15;
 
 /// The largest height of a standing foot's ankle or ball above its lowest height, as a fraction of the distance between
@@ -34,7 +34,7 @@ const LEAST_SLOPE: f32 = -0.5;
 /// A foot of the reference pose.
 pub(super) struct Foot {
     pub(super) joint: NodeId,
-    /// The joint of the toes, and the node behind it.
+    /// The joint of the toes, or the node at the ball of the foot.
     pub(super) ball: Option<NodeId>,
     pub(super) tip: Option<NodeId>,
     /// The rotation from the world to the axes of the figure.

@@ -20,12 +20,12 @@ const UPRIGHT: f32 = 0.35;
 pub(super) struct Sources<'a> {
     pub(super) humanoid: &'a Humanoid,
     pub(super) knuckles: &'a Knuckles,
-    /// The evidence of the motion, if the rest pose does not stand.
+    /// What the motion shows, if the figure does not stand in its rest pose.
     pub(super) shown: Option<&'a Shown>,
 }
 
-/// The reference pose. It is the rest pose if the rest pose stands; the motion has no evidence in `shown` then. Else it
-/// is the first frame of the motion if that frame is a T-pose. Else it is a figure whose bones are rotated to their
+/// The reference pose. If the figure stands in its rest pose, it is the rest pose, and `shown` is `None`. Otherwise it
+/// is the first frame of the motion if this frame is a T-pose, or else a figure whose bones are rotated to their
 /// directions in a T-pose.
 pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_to_world: &Mat3) -> (TPoseSource, Pose) {
     let &Sources { humanoid, shown, .. } = sources;

@@ -24,15 +24,16 @@ use super::npz;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BodyLayout {
-    /// AMASS: `poses` (frames, 165) of SMPL-X and `trans`, +Z up.
+    /// AMASS: the arrays `poses` (frames, 165), with the rotations of SMPL-X, and `trans`. +Z is up.
     Amass,
-    /// SMPL-X's dictionary: `global_orient`, `body_pose`, hands, jaw, eyes, `transl`, +Y up.
+    /// SMPL-X's dictionary: `global_orient`, `body_pose`, hands, jaw, eyes and `transl`. +Y is up.
     Smplx,
-    /// Kimodo: `posed_joints`, `global_rot_mats`, `local_rot_mats`, `root_positions` of the 22 joints of SMPL-X.
+    /// Kimodo: `posed_joints`, `global_rot_mats`, `local_rot_mats` and `root_positions`, for the 22 body joints of
+    /// SMPL-X.
     Kimodo,
     /// Kimodo's arrays of the 77 joints of SOMA.
     Soma,
-    /// SAM 3D Body: `pred_joint_coords`, `pred_global_rots` and `pred_cam_t` of the 127 joints of MHR.
+    /// SAM 3D Body: `pred_joint_coords`, `pred_global_rots` and `pred_cam_t`, for the 127 joints of MHR.
     Mhr,
     /// HumanML3D: 263 numbers a frame, at 20 frames a second.
     HumanMl3d,
@@ -61,7 +62,7 @@ impl BodyLayout {
         }
     }
 
-    /// The extension of its files.
+    /// The extension of the files in this layout.
     pub const fn extension(self) -> &'static str {
         match self {
             Self::HumanMl3d => "npy",
@@ -80,7 +81,8 @@ impl BodyLayout {
         }
     }
 
-    /// What users need to know about the numbers of a file.
+    /// A note for users about the assumptions of this layout: flat hands and a mean body shape. `None` for a layout
+    /// without them.
     #[doc(hidden)]
     pub fn note(self) -> Option<String> {
         let text = "hands: finger rotations are relative to a flat hand; the shape of the body is the mean (betas 0)";
@@ -118,7 +120,7 @@ impl FromStr for BodyLayout {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyArrays {
-    /// Frames of the motion.
+    /// The number of frames.
     pub frames: usize,
     /// Frames per second.
     pub frame_rate: f64,
@@ -130,20 +132,20 @@ pub struct BodyArrays {
     /// The rest positions of the joints in metres, in the axes of SMPL's template: 55 x 3.
     pub rest_joints: Vec<f64>,
     joints: Vec<Joint>,
-    /// The frames of a source that has the joints of MHR itself, with its helpers.
+    /// All frames of a source whose joints are the joints of MHR. `None` for any other source.
     pub(super) own_mhr: Option<Vec<Posed>>,
 }
 
-/// The joints of SMPL-X, with hands, jaw and eyes.
+/// The number of joints of SMPL-X, with hands, jaw and eyes.
 const ALL_JOINTS: usize = 55;
 
-/// The joints of the body: SMPL without hands.
+/// The number of joints of the body without the hands: the joints of SMPL, except its two hand joints.
 const BODY_JOINTS: usize = 22;
 
-/// The joints of SOMA's full set.
+/// The number of joints of SOMA's full set.
 const SOMA_JOINTS: usize = 77;
 
-/// The joints of the Momentum Human Rig.
+/// The number of joints of the Momentum Human Rig.
 const MHR_JOINTS: usize = 127;
 
 impl BodyArrays {
@@ -158,8 +160,8 @@ impl BodyArrays {
         Self::of_humanoid(&scene, None, None)
     }
 
-    /// As [`new`](Self::new), for a scene in metres with +Y up. If the scene has only a part of the frames, `whole` has
-    /// all frames that show the T-pose. `known` has the bones, if the caller knows them.
+    /// As [`new`](Self::new), for a scene in metres with +Y up. If the scene has only a part of the motion's frames,
+    /// `whole` has all of them, to find the T-pose. `known` has the bones, if the caller knows them.
     pub(crate) fn of_humanoid(scene: &Scene, whole: Option<&Scene>, known: Option<Humanoid>) -> Result<Self> {
         let body = vrm_humanoid_shown(scene, whole, known)?;
         let Some(animation) = body.animations.first() else {
@@ -208,7 +210,7 @@ impl BodyArrays {
         Ok(made)
     }
 
-    /// The file of a layout.
+    /// The motion as the bytes of a file in a layout.
     ///
     /// # Errors
     /// [`Code::NoMotion`] for HumanML3D with fewer than two frames.
@@ -249,7 +251,7 @@ impl BodyArrays {
         world
     }
 
-    /// The columns of joints `first..last` in every frame.
+    /// The axis-angle vectors of the joints `first..last` in every frame.
     fn columns(&self, first: usize, last: usize) -> Vec<f64> {
         let row = |frame: usize| &self.poses[3 * (frame * ALL_JOINTS + first)..3 * (frame * ALL_JOINTS + last)];
         (0..self.frames).flat_map(row).copied().collect()
@@ -318,7 +320,7 @@ impl BodyArrays {
         positions
     }
 
-    /// Samples at 20 frames per second: the nearest frame to each time.
+    /// The motion as an `.npy` of HumanML3D. For each time at 20 frames per second, uses the nearest frame.
     fn humanml3d(&self) -> Result<Vec<u8>> {
         let step = self.frame_rate / humanml3d::RATE;
         let count = ((self.frames.max(1) - 1) as f64 / step) as usize + 1;

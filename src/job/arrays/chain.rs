@@ -16,7 +16,7 @@ pub(super) struct ChainRequest<'a> {
     pub(super) nodes: &'a [NodeId],
     /// Whether the world axes of the nodes are requested too.
     pub(super) axes: bool,
-    /// From the scene's axes to the world axes.
+    /// The matrix from the scene's axes to the world axes, if they differ.
     pub(super) turn: Option<Mat4>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Chain<'a> {
 /// A requested node, or an ancestor of one.
 struct Link<'a> {
     node: NodeId,
-    /// The index of its parent in the chain.
+    /// The index of the parent in the chain.
     parent: Option<usize>,
     /// The tracks of the node. Tracks with one key are read when the chain is made.
     positions: Option<&'a Keys<Vec3>>,
@@ -89,7 +89,7 @@ impl<'a> Chain<'a> {
         self.links.partition_point(|link| link.node < node)
     }
 
-    /// Moves to the ticks of a block.
+    /// Computes the chain at the ticks of a block.
     pub(super) fn sample(&mut self, ticks: &[f64; LANES]) {
         let first_key = first_of_whole_ticks(ticks);
         for link in &mut self.links {
@@ -207,7 +207,7 @@ fn first_of_whole_ticks(ticks: &[f64; LANES]) -> Option<usize> {
     counts_up.then_some(first)
 }
 
-/// Passes the value of a track in every frame to `take`. If the frames are keys, the value is the key.
+/// Passes the value of a track in every frame to `take`. If every frame has a key, the key is the value.
 #[inline]
 fn for_each_value<T: Copy>(
     keys: &Keys<T>,

@@ -20,7 +20,7 @@ pub(super) struct Feet {
     joint_count: usize,
     /// Indices of the feet among the joints.
     pub(super) joints: Vec<usize>,
-    /// The sizes of groups of consecutive feet that rest at one level.
+    /// The number of feet in each group. The feet of a group are consecutive in `joints`, and rest at one level.
     groups: Vec<usize>,
     /// Frames x feet x 3, to be filled.
     pub(super) positions: Vec<f32>,

@@ -17,9 +17,9 @@ impl Arrays {
     /// - the rotation by [`Rotation::columns`](crate::arrays::Rotation::columns)
     /// - if requested, the velocity as `vx`, `vy`, `vz`, and `contact` as 0 or 1
     ///
-    /// `pandas.read_csv(path, skiprows=1)` reads it. Each number has the fewest digits that read back as the same
+    /// `pandas.read_csv(path, skiprows=1)` reads the file. Each number has the fewest digits that read back as the same
     /// 32-bit value. A spreadsheet reads a name such as `=1+1` as a formula;
-    /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
+    /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents this.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -15,11 +15,13 @@ use crate::arrays::ArrayOptions;
 pub(super) struct Frame {
     /// Units of the output per unit of the scene.
     pub(super) scale: f32,
-    /// From the scene's axes to the output's axes, if they differ.
+    /// The matrix from the scene's axes to the output's axes, if they differ.
     pub(super) turn: Option<Mat4>,
-    /// Metres per unit of the output, if stated by the file or the caller, or needed and guessed.
+    /// Metres per unit of the output, if the file or the caller states the unit, or if an array needs the unit, so that
+    /// it was guessed.
     pub(super) metres_per_unit: Option<f64>,
-    /// The up axis of the output, if stated by the file or the caller, or needed and guessed.
+    /// The up axis of the output, if the file or the caller states the axis, or if an array needs the axis, so that it
+    /// was guessed.
     pub(super) up: Option<UpAxis>,
     /// The figure, if any guess needs it.
     pub(super) figure: Option<Figure>,
@@ -62,7 +64,8 @@ impl Frame {
         let turns = matches!((file.up, output.up), (Some(file), Some(output)) if file != output);
         let scales =
             matches!((file.metres_per_unit, output.metres_per_unit), (Some(file), Some(output)) if file != output);
-        // Missing statements of the file are recorded too, so that a reader can judge the header.
+        // A unit or an axis that the file does not state is recorded too, so that a reader of the header knows where it
+        // comes from.
         if turns || scales || file != Space::default().or_stated(&scene.metadata) {
             // An unknown unit or axis is not converted. The step records 1 m to 1 m, or +Y to +Y.
             let (from, up) = (file.metres_per_unit.unwrap_or(1.0), file.up.unwrap_or_default());

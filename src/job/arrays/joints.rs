@@ -22,7 +22,7 @@ pub struct Joint {
     /// The offset from the parent in the rest pose, in the parent's axes and the unit of the output; without a parent,
     /// from the origin in the file's axes.
     pub offset: Vec3,
-    /// Whether it is an end site, which the file does not animate.
+    /// Whether the node is an end site, which the file does not animate.
     pub end_site: bool,
     /// The order of the joint's Euler angles in the file, if it has one.
     pub rotation_order: Option<RotationOrder>,
@@ -91,7 +91,7 @@ impl Selection {
     }
 }
 
-/// The matrix from `node` to `ancestor`, or to the world without one.
+/// The matrix from `node` to `ancestor`. If `ancestor` is `None`, to the world.
 fn to_ancestor(scene: &Scene, pose: &Pose, node: NodeId, ancestor: Option<NodeId>) -> Mat4 {
     if ancestor.is_none() {
         return pose.node_to_world[node.index()];

@@ -1,16 +1,17 @@
 //! Transforms in a block of frames, as structures of arrays: see [`soa`](mocap_scene::math::soa).
 //!
-//! The compiler turns the same operation on neighbouring lanes into one SIMD instruction. An array of matrices would
-//! only offer the four numbers of a column. The order of operations equals glam's.
+//! The compiler turns the same operation on neighbouring lanes into one SIMD instruction. With an array of matrices,
+//! one instruction would only work on the four numbers of a column. The operations have the same order as in glam.
 
 use glam::{Mat4, Quat, Vec3};
 
 use mocap_scene::math::soa::{Matrices, single};
 
-/// Frames of a block. The transforms of about 40 nodes stay in the processor's second cache.
+/// The number of frames in a block. The transforms of about 40 nodes then fit into the processor's level-2 cache.
 pub(super) const LANES: usize = PARTS * single::LANES;
 
-/// The number of structures of arrays in a block. With so many, the work on a node outweighs the loop over its tracks.
+/// The number of structures of arrays in a block. With four, the work on a node outweighs the loop over the node's
+/// tracks.
 const PARTS: usize = 4;
 
 /// A rotation in every frame.
@@ -71,7 +72,7 @@ impl Transforms {
         }
     }
 
-    /// Scales along the axes of one frame.
+    /// Scales the axes of the transform in one frame.
     pub(super) fn scale(&mut self, frame: usize, scale: Vec3) {
         let axes = &mut self.0[frame / single::LANES].axes.0;
         for (axis, scale) in std::iter::zip(axes, scale.to_array()) {

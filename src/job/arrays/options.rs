@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::arrays::{Rotation, RotationSpace};
 
-/// Options of the arrays. By default they have every joint and end site, positions in the world, rotations to the
-/// parent as quaternions, and the file's own unit, axes and frames.
+/// Options of the arrays. By default they have every joint and end site, positions in the world, rotations relative to
+/// the parent as quaternions, and the file's own unit, axes and frames.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -36,7 +36,7 @@ pub struct ArrayOptions {
     pub space: Space,
     /// The representation of rotations. Default: a quaternion.
     pub rotation: Rotation,
-    /// What rotations are relative to. Default: the parent.
+    /// The coordinate frame of rotations. Default: the parent.
     pub rotation_space: RotationSpace,
     /// A regular expression for the names of the joints and end sites to keep; it may match anywhere in a name.
     /// Default: all.
@@ -87,7 +87,7 @@ setters! {
     }
 }
 
-/// What positions are relative to.
+/// The coordinate frame of positions.
 ///
 /// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,7 +99,8 @@ pub enum Space {
     World,
     /// The position of the root joint in the same frame, along the axes of the world.
     Root,
-    /// The parent in the output, along its axes; the world for a joint without one.
+    /// The joint's parent in the output, along the axes of the parent. A joint without a parent is relative to the
+    /// world.
     Local,
 }
 
@@ -107,9 +108,10 @@ pub enum Space {
 /// point starts when the point is low and slow. It ends when the height or the speed exceeds 1.6 times its threshold.
 /// Contacts shorter than 0.08 seconds are dropped; gaps shorter than 0.05 seconds are closed.
 ///
-/// Heights are measured along the up axis from the resting level. The resting level is the fifth percentile of the
-/// height of the lowest point, so a rest pose in the first frame does not matter. Ankles and the balls of the feet have
-/// separate levels. Joints that a pattern selects share one level. Speeds are central differences, in any direction.
+/// Heights are measured along the up axis, from the resting level of a point. The resting level is the fifth percentile
+/// of the height of the lowest point, so a rest pose in the first frame does not matter. Ankles and the balls of the
+/// feet have separate levels. Joints that a pattern selects share one level. Speeds are central differences, in any
+/// direction.
 ///
 /// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use mocap_solve::biomechanics::TimeSeries;
 use crate::arrays::Arrays;
 
 impl Arrays {
-    /// A Parquet file of [`to_table_with_header`](Self::to_table_with_header).
+    /// The table [`to_table_with_header`](Self::to_table_with_header) as a Parquet file.
     ///
     /// # Errors
     /// [`Code::Unrepresentable`] if Parquet cannot hold the table.

@@ -6,7 +6,7 @@ use mocap_retarget::robot::{Robot, RobotMotion};
 
 use super::pickle::Pickle;
 
-/// The number of decimals of a value in a row: a micrometre.
+/// The number of decimals of a value in a row. The last decimal is a micrometre or a microradian.
 const DECIMALS: usize = 6;
 
 /// The step of the last decimal. Rounding moves a value by one step to keep it within its limit.
@@ -70,7 +70,7 @@ pub fn robot_pickle(motion: &RobotMotion) -> Vec<u8> {
     })
 }
 
-/// The entries that every pickle of a robot's motion has.
+/// Adds the entries that every pickle of a robot's motion has.
 pub(super) fn pickle_base(motion: &RobotMotion, pickle: &mut Pickle) {
     let frames = motion.frames();
     pickle.text("fps");

@@ -21,24 +21,25 @@ pub enum Rotation {
     /// Networks, CVPR 2019.
     #[serde(rename = "6d")]
     SixD,
-    /// The rotation matrix that maps column vectors, row by row.
+    /// The rotation matrix, row by row. It is multiplied by column vectors.
     #[serde(rename = "matrix")]
     Matrix,
     /// Degrees about x, y and z, each from -180 to 180, in the joint's
-    /// [`rotation_order`](crate::arrays::Joint::rotation_order), or X Y Z without one. Relative to the parent, these
-    /// are the file's own angles, except for whole revolutions and the second Euler solution.
+    /// [`rotation_order`](crate::arrays::Joint::rotation_order), or X Y Z if the joint has no order. If rotations are
+    /// relative to the parent, these are the file's own angles, except for whole revolutions and the second Euler
+    /// solution.
     #[serde(rename = "euler")]
     Euler,
 }
 
-/// What rotations are relative to.
+/// The coordinate frame of rotations.
 ///
 /// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum RotationSpace {
-    /// The parent in the output; the world for a joint without one.
+    /// The joint's parent in the output. The rotation of a joint without a parent is relative to the world.
     #[default]
     Local,
     /// The world.

@@ -17,7 +17,7 @@ use crate::arrays::{ArrayOptions, RotationSpace, Space};
 /// The smallest number of values for which a second thread saves time.
 const LARGE: usize = 1 << 19;
 
-/// The input of all rows.
+/// The data from which all rows are computed.
 pub(super) struct Source<'a> {
     pub(super) scene: &'a Scene,
     pub(super) animation: &'a Animation,
@@ -39,7 +39,7 @@ pub(super) struct Rows<'a> {
     pub(super) feet: &'a mut [f32],
 }
 
-/// The links of a joint of the output in the chain.
+/// The indices in the chain from which the values of an output joint are computed.
 struct JointLinks {
     node: usize,
     root: usize,

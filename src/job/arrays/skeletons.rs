@@ -8,10 +8,10 @@ use super::body::BodyArrays;
 use super::mhr::Posed;
 use super::npz;
 
-/// The joints of another skeleton.
+/// The joints of Kimodo, SOMA or MHR, matched with the joints of a body.
 struct Skeleton {
     joints: Vec<Joint>,
-    /// For each joint, the joint of the body for the same bone.
+    /// For each of `joints`, the index of the body's joint that is the same bone; `None` if the body lacks the bone.
     same: Vec<Option<usize>>,
     rest: Vec<DVec3>,
 }
@@ -86,7 +86,8 @@ impl BodyArrays {
         )
     }
 
-    /// The arrays of SAM 3D Body: the root stays in place, and the translation of a level camera moves it.
+    /// The arrays of SAM 3D Body. The joint positions are relative to a fixed root. The motion of the root is in the
+    /// translation of the camera, which is level.
     pub(super) fn mhr(&self) -> Vec<u8> {
         let skeleton = Skeleton::new(self, mhr());
         let axes = mhr_frames(&skeleton.joints);

@@ -85,11 +85,12 @@ impl Arrays {
         self.table_of(clip, 0..self.rows())
     }
 
-    /// [`to_table`](Self::to_table) in parts of at most a million rows, computed on demand: a table is several times as
-    /// large as the arrays. There is always at least one part.
+    /// [`to_table`](Self::to_table) in parts of at most 1,048,576 rows. Each part is computed on demand, because a
+    /// table is several times as large as the arrays. There is always at least one part.
     #[doc(hidden)]
     pub fn tables(&self, clip: &str) -> impl Iterator<Item = RecordBatch> {
-        /// The rows in a row group of Parquet, so that parts give the same file as the whole table.
+        /// The number of rows in a row group of Parquet. With this number, the parts give the same file as the whole
+        /// table.
         const ROWS: usize = 1 << 20;
         let starts = (0..self.rows().max(1)).step_by(ROWS);
         starts.map(move |start| self.table_of(clip, start..(start + ROWS).min(self.rows())))
@@ -141,7 +142,7 @@ impl Arrays {
         let schema = rows.schema().as_ref().clone().with_metadata(metadata);
         rows.clone()
             .with_schema(Arc::new(schema))
-            .expect("a schema that says more fits what fitted the old one")
+            .expect("metadata does not change the columns of a schema")
     }
 }
 
@@ -300,11 +301,12 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     batch(columns, true)
 }
 
-/// The SHA-256 of a skeleton. It is equal if the joints have equal names, parents and offsets, in the same order.
+/// The SHA-256 of a skeleton. Two skeletons have the same hash if their joints have equal names, parents and offsets,
+/// in the same order.
 fn skeleton_hash(joints: &[Joint]) -> String {
     let mut hash = Sha256::new();
     for joint in joints {
-        // The length separates the names.
+        // The length shows where a name ends.
         hash.update((joint.name.len() as u64).to_le_bytes());
         hash.update(joint.name.as_bytes());
         hash.update(joint.parent.map_or(-1, |parent| parent as i64).to_le_bytes());

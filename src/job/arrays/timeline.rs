@@ -59,7 +59,8 @@ impl Timeline {
             }
             None => (old_rate, 1.0, Vec::new()),
         };
-        // The same count as `Animation::frame_count`. `Scene::resample` drops less than a frame at the end.
+        // This number equals `Animation::frame_count`. `Scene::resample` drops a remainder at the end that is shorter
+        // than a frame.
         let frames_in_file = ((last - first).round() as usize).saturating_add(1);
         let frames = match options.frames_per_second {
             Some(_) => (((last - first) / step + SAME_TICK).floor() as usize).saturating_add(1),

@@ -182,7 +182,7 @@ pub(crate) fn for_max(motion: &RobotMotion, robot: &Robot) -> Result<String> {
     let columns: Vec<usize> = columns.collect();
     if legs.len() != 4 || columns.len() != links.len() {
         let message = format!(
-            "the layout max has the joints of four legs, and {} of the robot's {} joints are in {} legs",
+            "the layout max stores only the joints of four legs, but {} of the robot's {} joints are in {} legs",
             columns.len(),
             links.len(),
             legs.len()
@@ -221,14 +221,15 @@ pub(crate) fn for_twist(motion: &RobotMotion, robot: &Robot, metadata: &str) -> 
     })
 }
 
-/// The input of the motion libraries of ASAP and PBHC: a dictionary with the motion by its name. `pose_aa` has the
-/// rotation vector of the base, of each joint, and of the points that the libraries add to a robot, which do not
-/// rotate.
+/// The input of the motion libraries of ASAP and PBHC: a dictionary from the motion's name to the motion. `pose_aa` has
+/// the rotation vectors of the base, of each joint, and of the points that the libraries add to a robot. These points
+/// do not rotate.
 ///
 /// # Errors
 /// [`Code::Unrepresentable`] if a joint slides.
 pub(crate) fn for_asap(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Result<Vec<u8>> {
-    /// The points that the libraries add to a robot: both hands and the head. They ignore more rows than they need.
+    /// The number of points that the libraries add to a robot: both hands and the head. A library that adds fewer
+    /// points ignores the remaining rows.
     const ADDED: usize = 3;
     let joints: Vec<_> = robot
         .moving_joints()
@@ -236,7 +237,7 @@ pub(crate) fn for_asap(motion: &RobotMotion, robot: &Robot, metadata: &str) -> R
         .map(|link| &robot.links[link].joint)
         .collect();
     if let Some(slide) = joints.iter().find(|joint| joint.kind == JointKind::Slide) {
-        let message = "the layout asap has the rotations of joints, and a joint of the robot slides";
+        let message = "the layout asap stores only rotations of joints, but a joint of the robot slides";
         return Err(Diagnostic::new(Code::Unrepresentable, message)
             .in_joint(slide.name.as_str())
             .help("choose another format, such as npz")

@@ -138,7 +138,7 @@ impl Maker<'_> {
             Form::Arrays(layout) => layout.row(),
         };
         if row.has_one_clip && target.clips().len() > 1 {
-            let message = format!("{} has one motion; name one", row.name);
+            let message = format!("a file of {} holds one motion; name only one motion", row.name);
             return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
         }
         let mut scene = match (row.keeps_units(), &write.space) {
@@ -167,7 +167,7 @@ impl Maker<'_> {
         let bones = self.names.is_some().then(bones);
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
-        // The exporter would convert a copy.
+        // Changes the scene itself here. Otherwise the exporter would copy the scene first.
         if !is_at_rest_for(&scene, row) {
             process::zero_rest_rotations(&mut scene)?;
         }

@@ -19,8 +19,8 @@ use crate::notice::{Listener, clip_taken, say_warnings};
 use crate::{MotionJob, RobotFormat, meshes, names};
 
 impl Maker<'_> {
-    /// Applies the steps to a motion that keeps its skeleton, then the changes that the format needs. Returns its
-    /// bones.
+    /// Applies the steps to a motion that keeps its skeleton, then the changes that the format needs. Returns the bones
+    /// of the changed motion.
     pub(super) fn change(
         &self,
         scene: &mut Scene,
@@ -96,10 +96,10 @@ impl Maker<'_> {
             .iter()
             .for_each(|naming| names::tell(naming, scene, &mut written));
         written.notes.extend(taken);
-        // Otherwise the next reader infers the axis again, perhaps another one.
+        // A file without the up axis makes the next reader guess the axis again, perhaps another one.
         let states_no_up = row.is_some_and(|row| row.has_sidecar);
         if states_no_up && self.job.source.space.up().is_some() && self.job.write.space.up().is_none() {
-            let note = "the file states no up axis: read it with the same {up}, or write it with {out-up} y";
+            let note = "the written file states no up axis: when you read it, give the same {up} as now; or write it with {out-up} y";
             written.notes.push(spelled(note).into_owned());
         }
         Ok(written)

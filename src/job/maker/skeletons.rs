@@ -19,13 +19,13 @@ const FRAMES: usize = 200;
 /// A skeleton that several motions may share.
 #[derive(Clone, Debug)]
 pub(super) struct Skeleton {
-    /// Its nodes, with some frames of its motions.
+    /// The nodes of the skeleton, with some frames of its motions.
     scene: Scene,
     /// Up in the world of the motions: files of one skeleton may be written along different axes.
     up: Axis,
     /// Whether the up axis of one of the motions is certain.
     up_is_sure: bool,
-    /// The number of motions with the skeleton, and the distance between motions whose frames are kept.
+    /// The number of motions with the skeleton. The frames of every `stride`th motion are kept.
     motions: usize,
     stride: usize,
     figure: Figure,
@@ -107,7 +107,7 @@ impl Skeleton {
         self.scene.nodes.len() == scene.nodes.len() && std::iter::zip(&self.scene.nodes, &scene.nodes).all(is_alike)
     }
 
-    /// Adds some frames of a motion. If there are many motions, an evenly spread selection is kept.
+    /// Adds some frames of a motion. If the skeleton has many motions, keeps an evenly spread selection of them.
     fn add(&mut self, animations: Vec<Animation>) {
         if self.motions.is_multiple_of(self.stride)
             && let Some(first) = animations.into_iter().next()

@@ -13,14 +13,14 @@ use mocap_scene::scene::{Face, Keys, NodeId, NodeKind, Scene};
 /// The largest deviation of a joint that keeps its position, as a fraction of the distance to its parent.
 const SAME_PLACE: f64 = 1e-5;
 
-/// Two rotations are equal if the cosine of half their angle differs from 1 by at most this.
+/// Two rotations are equal if the cosine of half the angle between them differs from 1 by at most this number.
 const SAME_ROTATION: f64 = 1e-9;
 
-/// The largest change of a constant component of a track, in units of length or as a fraction of the value. Rounding by
-/// programs causes it.
+/// The largest change of a component of a track that counts as constant, in units of length or as a fraction of the
+/// value. Programs change constant values by rounding.
 const STAYS: f32 = 1e-5;
 
-/// The number of collected times from which equal times are dropped.
+/// Above this number of collected times, equal times are dropped.
 const MANY_KEYS: usize = 1 << 18;
 
 /// Nodes with their tracks, parents before children.
@@ -40,7 +40,7 @@ pub(super) struct Joint<'a> {
     pub(super) kind: NodeKind,
     /// Whether the node has something visible.
     pub(super) shows: bool,
-    /// Its role for the face of a VRM animation.
+    /// The role of the node for the face of a VRM animation.
     pub(super) face: Option<Face>,
     rest: (DVec3, DQuat, DVec3),
     /// The matrix of a node without tracks. It may contain shear.
@@ -59,7 +59,7 @@ struct Track<'a, T: Clone> {
 }
 
 impl Joint<'_> {
-    /// Whether its position relative to its parent changes.
+    /// Whether the position of the joint relative to its parent changes.
     fn travels(&self) -> bool {
         self.translation.as_ref().is_some_and(|track| {
             let first = track.values.first().copied().unwrap_or_default();
@@ -146,7 +146,8 @@ impl Skeleton<'static> {
         let mut joints = Vec::with_capacity(listed.len());
         for node in &listed {
             let at = match file.transform(node.index) {
-                // A reader ignores this track, whatever its values are.
+                // The node only shows a weight of the face. A reader ignores its other tracks, even if they are
+                // invalid.
                 Err(_) if only_show.contains(&node.index) => continue,
                 at => at?,
             };
@@ -344,7 +345,7 @@ impl Joint<'_> {
         }
     }
 
-    /// The translation and the rotation relative to its parent at `seconds`.
+    /// The translation and the rotation of the joint relative to its parent at `seconds`.
     pub(super) fn own(&self, seconds: f64) -> (DVec3, DQuat) {
         let (_, rotation, translation) = self.node_to_parent(seconds).to_scale_rotation_translation();
         (translation, rotation)

@@ -44,7 +44,8 @@ impl Replay<'_> {
     pub(super) fn edits(&self, source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Scene, usize)>> {
         let is_resample = |step: &AppliedStep| matches!(step, AppliedStep::Resample { .. });
         let resampled = steps.iter().rposition(is_resample);
-        // If several steps resample, apply all but the last to the source. The file is compared with that result.
+        // If several steps resample, all of them except the last are applied to the source. The file is compared with
+        // the resulting motion.
         let before = resampled.and_then(|last| steps[..last].iter().rposition(is_resample));
         match steps.iter().rposition(AppliedStep::changes_motion).max(before) {
             Some(last) => Ok(Some((self.steps(source, &steps[..=last])?, last + 1))),
@@ -52,7 +53,7 @@ impl Replay<'_> {
         }
     }
 
-    /// The source after steps.
+    /// The source after these steps.
     pub(super) fn steps(&self, source: &Scene, steps: &[AppliedStep]) -> Result<Scene> {
         let mut scene = source.clone();
         self.apply(&mut scene, steps)?;
@@ -153,7 +154,7 @@ pub(super) struct Change {
     pub(super) metres_per_unit: f64,
     /// The up axis of the source, and of the file.
     up: (UpAxis, UpAxis),
-    /// For a motion in place, the number of steps in `times` before that step.
+    /// For a motion in place, the number of steps in `times` before the step that put it in place.
     pub(super) in_place: Option<usize>,
     /// Number of joints that were added for root motion.
     pub(super) added_roots: usize,
@@ -250,7 +251,7 @@ impl Change {
             });
             distances.sum()
         };
-        // The first of equal axes is kept, so that +Y is preferred.
+        // If several axes are equally near, the first one is kept: +Y.
         let mut nearest = (f64::INFINITY, UpAxis::Y);
         for up in UpAxis::ALL {
             change.up.0 = up;
@@ -337,8 +338,8 @@ impl Change {
     }
 }
 
-/// Joint positions of both sides at a few times, spread evenly over the motion. The first frame is not enough: all
-/// markers may be hidden in it, and be at one point.
+/// Joint positions of the source and of the file at a few times, spread evenly over the motion. The first frame is not
+/// enough: all markers may be hidden in it, and be at one point.
 fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> {
     const PARTS: u32 = 4;
     let at = |seconds: f64| {

@@ -33,7 +33,8 @@ pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, sou
     let Some(recorded) = provenance.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
         return importer.import(source);
     };
-    // In files of earlier versions, only this time shows that the user set a frame rate for all clips of the source.
+    // Files of earlier versions record only the frame time. A frame time that differs from the source's shows that the
+    // user set a frame rate for all clips.
     let found = importer.import(source);
     let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
     match &found {

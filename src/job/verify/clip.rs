@@ -15,7 +15,7 @@ use super::{Finding, FindingKind, LargestDeviation, Output};
 /// The distance in metres from a joint to the points that show its rotation: about the distance of a person's skin.
 pub(super) const SKIN: f64 = 0.03;
 
-/// The same distance for a skeleton with this unit: less for a skeleton smaller than a metre, in proportion.
+/// The distance [`SKIN`] in units of a skeleton. A skeleton smaller than a metre has a smaller distance, in proportion.
 pub(super) fn skin_of(skeleton: &Skeleton, metres: f64) -> f64 {
     let mut world = Vec::new();
     skeleton.world(0.0, &mut world);
@@ -137,7 +137,7 @@ fn is_kept(ours: &str, theirs: &str) -> bool {
     [theirs.as_str(), "", UNNAMED_MOTION].contains(&ours.as_str()) || is_numbered
 }
 
-/// Whether anything moves in the part of a clip that the file should have.
+/// Whether anything moves in a clip of the source, within the time range that the file should have.
 fn moves(source: &Scene, clip: usize, change: &Change) -> Result<bool> {
     let timeline = Timeline::new(source, Some(clip), change)?;
     Ok(timeline.moves(&Skeleton::of_scene(source, Some(clip))))
@@ -166,7 +166,7 @@ pub(super) struct ComparisonBasis<'a> {
     pub(super) has_short_times: bool,
     /// Whether the file is a packed clip. Its error bound holds for positions, and for rotations that move no joint.
     pub(super) is_packed: bool,
-    /// Whether joints have the same axes in both.
+    /// Whether joints have the same axes in the source and in the file.
     pub(super) rotations: bool,
     /// If joints have other axes on purpose, the rotation of the axes for each joint of the source; none if unknown.
     pub(super) new_axes: Option<Vec<Option<DQuat>>>,
@@ -181,7 +181,7 @@ struct JointsOfClip<'a> {
     rigid: Option<Rigid>,
     /// Which joints move no other joint.
     ends: Vec<bool>,
-    /// For a motion in place, the time that determines the place.
+    /// For a motion in place, the moment that determines its place on the ground.
     place: Option<Moment>,
 }
 
@@ -214,7 +214,7 @@ impl ComparisonBasis<'_> {
         Some(axes)
     }
 
-    /// Compares both sides at these ticks of the source.
+    /// Compares the source with the file at these ticks of the source.
     pub(super) fn frames(
         &self,
         clip: Option<usize>,
@@ -235,7 +235,7 @@ impl ComparisonBasis<'_> {
             rotation: Some(0.0),
             ..Errors::default()
         };
-        // Stepped keys only show between frames.
+        // Only between two frames do stepped keys differ from linear keys.
         let between = theirs.stepped.as_ref().map_or(&[][..], |_| &[0.5]);
         let mut keys = timeline.between(theirs).into_iter().peekable();
         for (index, &frame) in ticks.iter().enumerate() {
@@ -281,7 +281,8 @@ impl ComparisonBasis<'_> {
         Some((now.there[b].w_axis.truncate() - expected) * self.metres)
     }
 
-    /// The error in metres of the skin around a joint that its rotation causes, if the file has the rotation.
+    /// The distance in metres by which a wrong rotation of a joint moves the skin around the joint. `None` if the file
+    /// does not have the rotation.
     fn rotation_error(
         &self,
         joints: &JointsOfClip<'_>,
@@ -332,8 +333,8 @@ impl ComparisonBasis<'_> {
         }
     }
 
-    /// The error of a point on the skin that the rotation of its joint since the first frame causes. The rest poses may
-    /// differ.
+    /// The error in metres of a point on the skin, from the rotation of its joint since the first frame. The first
+    /// frame replaces the rest poses, which may differ.
     fn skin_error_since(&self, first: (&DMat4, &DMat4), now: (&DMat4, &DMat4)) -> f64 {
         let since = |first: &DMat4, now: &DMat4| rotation_of(now) * rotation_of(first).inverse();
         let (ours, theirs) = (since(first.0, now.0), since(first.1, now.1));

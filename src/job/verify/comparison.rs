@@ -21,7 +21,7 @@ use super::timeline::Timeline;
 use super::units::Space;
 use super::{Finding, FindingKind, Resampling, Verification, VerifiedClip, face, mesh, skin};
 
-/// The two sides of a comparison.
+/// A comparison: the source, the written file, and the known changes between them.
 pub(super) struct Comparison<'a> {
     /// The scene of the source, before any step.
     pub(super) original: &'a Scene,
@@ -40,11 +40,11 @@ pub(super) struct Comparison<'a> {
 /// The source after the replayed steps, with the new names of its joints.
 struct Expected<'a> {
     scene: Cow<'a, Scene>,
-    /// The remaining steps. Their effect is computed for each point.
+    /// The steps after the last edit. Their effect is computed for each point.
     steps: &'a [AppliedStep],
 }
 
-/// The joints of both sides, and the intended changes.
+/// The joints of the source and of the file, and the intended changes.
 struct Joints<'a> {
     ours: Skeleton<'a>,
     theirs: Skeleton<'a>,
@@ -101,7 +101,7 @@ impl<'a> Comparison<'a> {
         Some(named(&scene, self.steps()).unwrap_or(scene))
     }
 
-    /// Pairs the joints of both sides.
+    /// Pairs the joints of the source with the joints of the file.
     fn pair_joints<'e>(&'e self, expected: &'e Expected<'_>) -> Result<Joints<'e>> {
         let (source, output) = (&*expected.scene, self.output);
         let ours = Skeleton::of_scene(source, None);
@@ -125,9 +125,9 @@ impl<'a> Comparison<'a> {
             None => pairs,
         };
         if self.is_of_character && !output.has_rest_of(source, &change) {
-            let message = "the file has no rest pose of the body, and its motion comes from another file";
+            let message = "the file does not have the rest pose of the body, so it cannot be compared with the body";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
-                .help("write the motion as .glb too, and compare that with the body")
+                .help("write the motion as .glb too, and compare the .glb with the body")
                 .into());
         }
         // If joints rest without a rotation, another up axis rotates their axes. Without a record, a different rest
@@ -179,7 +179,7 @@ impl<'a> Comparison<'a> {
     fn check_joints(&self, joints: &Joints<'_>, findings: &mut Vec<Finding>) {
         let (ours, theirs, change) = (&joints.ours, &joints.theirs, &joints.change);
         match change.humanoid {
-            // Joints that are not bones are omitted. The hierarchy of the others follows the VRM specification.
+            // Joints that are not bones are omitted. The hierarchy of the bones follows the VRM specification.
             Some(_) => findings.extend(self.output.missing_bones()),
             None => {
                 let is_ours = self.output.is_ours();
@@ -321,7 +321,7 @@ impl<'a> Comparison<'a> {
         }
         let lost = timeline.is_resampled.then(|| {
             let mut frames = timeline.source_frames();
-            // The rest after the last whole frame of the file is shorter than a frame, and is dropped.
+            // The motion after the last whole frame of the file is shorter than a frame, and is not in the file.
             let end = timeline.moments.last().copied().unwrap_or(0.0);
             frames.retain(|frame| *frame <= end);
             compared.frames(here, &ours, &theirs, &timeline, &frames)

@@ -95,7 +95,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
     })
 }
 
-/// The rest of a file, record by record.
+/// The part of a file that is not yet read, record by record.
 struct Records<'a> {
     rest: &'a str,
     /// The line of the last record, from 1.

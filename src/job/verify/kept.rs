@@ -168,7 +168,10 @@ impl Both<'_> {
         }
         let shows = |node: &&Value| ["mesh", "skin", "camera"].iter().any(|part| !node[part].is_null());
         if after.iter().skip(before.len()).any(|node| shows(&node)) {
-            found.add(FindingKind::Character, "a node that shows something was added");
+            found.add(
+                FindingKind::Character,
+                "a node with a mesh, a skin or a camera was added",
+            );
         }
         let below_added = |root: &Value| -> Vec<Value> {
             let added = root.as_u64().and_then(|root| after.get(usize::try_from(root).ok()?));
@@ -353,7 +356,7 @@ fn without_transform(node: &Value) -> Value {
     without(node, &["matrix", "translation", "rotation", "scale"])
 }
 
-/// A view, or the view of its stream, without the location of its bytes.
+/// A buffer view, or the view of its compressed stream, without the location of its bytes.
 fn without_place(view: &Value) -> Value {
     let place = ["buffer", "byteOffset"];
     let mut view = without(view, &place);
@@ -374,7 +377,7 @@ fn is_near(before: &Value, after: &Value) -> bool {
     std::iter::zip(before, after).all(|(before, after)| (before - after).abs() <= ROUNDED * before.abs().max(1.0))
 }
 
-/// Node to parent.
+/// The matrix from a node to its parent.
 fn local(node: &Value) -> DMat4 {
     let numbers = |key: &str| -> Vec<f64> {
         let numbers = node[key].as_array().into_iter().flatten();

@@ -24,8 +24,8 @@ use super::{Finding, FindingKind, skin};
 
 /// A written file.
 pub(super) enum Output<'a> {
-    /// A glTF file. If this crate wrote it and it has a skin: its scenes. If this crate added animations to it: its
-    /// other contents.
+    /// A glTF file. [`Skinned`] is present if mocap wrote the file with a skin. [`Parts`] is present if mocap added
+    /// animations to a character's file.
     Gltf(Box<File<'a>>, Option<Box<Skinned>>, Option<Box<Parts>>),
     /// Another format, as its reader gives it, and its provenance.
     Scene(Box<Scene>, Option<Box<Provenance>>),
@@ -33,9 +33,9 @@ pub(super) enum Output<'a> {
 
 /// The scenes of a glTF file with a skin.
 pub(super) struct Skinned {
-    /// Its nodes in their stored pose, which may be a frame of the motion, with its meshes.
+    /// The nodes of the file in their stored pose, which may be a frame of the motion, with the meshes.
     standing: Scene,
-    /// Its nodes in the bind pose: the rest pose.
+    /// The nodes of the file in the bind pose, which is the rest pose.
     bound: Scene,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Output<'a> {
                 row.name
             );
             return Err(Diagnostic::new(Code::Unrepresentable, message)
-                .help("write the motion as .glb too, and verify that")
+                .help("write the motion as .glb too, and verify the .glb")
                 .into());
         }
         let sidecar = match row.has_sidecar {
@@ -261,7 +261,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// The row of its format.
+    /// The row of the file's format.
     pub(super) fn row(&self) -> &'static FormatInfo {
         match self {
             Self::Gltf(file, ..) => file.row(),
@@ -269,7 +269,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Whether its times are 32-bit seconds.
+    /// Whether the times of the file are 32-bit seconds.
     pub(super) fn has_short_times(&self) -> bool {
         matches!(self, Self::Gltf(..))
     }
@@ -285,7 +285,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Slows a clip down by this factor.
+    /// Plays a clip slower by the factor `times`.
     pub(super) fn play_slower(&mut self, clip: Option<usize>, times: f64) {
         let Self::Scene(scene, _) = self else { return };
         if let Some(clip) = clip.and_then(|clip| scene.animations.get_mut(clip)) {

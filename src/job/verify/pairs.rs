@@ -19,7 +19,7 @@ const MOST_CANDIDATES: usize = 256;
 pub(super) struct Pairs {
     /// The indices in the source and in the file.
     pub(super) list: Vec<(usize, usize)>,
-    /// For every joint of the source and of the file, its index in the list.
+    /// For every joint of the source, and then of the file: the index of its pair in `list`.
     of_ours: Vec<Option<usize>>,
     of_theirs: Vec<Option<usize>>,
 }
@@ -125,8 +125,8 @@ impl Pairs {
         find(
             FindingKind::RenamedJoint,
             self.renamed(ours, theirs),
-            "has another name in the file",
-            "have other names in the file",
+            "has another name",
+            "have other names",
         );
         find(
             FindingKind::MovedJoint,
@@ -156,7 +156,7 @@ impl Pairs {
             let name = kept_of(ours);
             let is_numbered = without_number(&kept_of(theirs)) == Some(name.as_str()) && of_name[&name] > 1;
             let is_renamed = !is_kept(ours, theirs) && !is_numbered && !is_named_by_parent;
-            is_renamed.then(|| format!("\"{ours}\" as \"{theirs}\""))
+            is_renamed.then(|| format!("\"{ours}\" (\"{theirs}\" in the file)"))
         });
         renamed.collect()
     }
@@ -222,7 +222,8 @@ impl Pairs {
     }
 }
 
-/// The joints of the file with one key, in their order, without paired joints at the front.
+/// The joints of the file with one key (a name and a kind), in the order of the file. Paired joints at the front are
+/// removed.
 #[derive(Default)]
 struct Candidates(VecDeque<usize>);
 
@@ -230,7 +231,7 @@ struct Candidates(VecDeque<usize>);
 struct PairSearch<'a, 'b> {
     ours: &'a Skeleton<'b>,
     theirs: &'a Skeleton<'b>,
-    /// For every joint, its partner.
+    /// For every joint of the source, the paired joint of the file.
     of_ours: Vec<Option<usize>>,
     of_theirs: Vec<Option<usize>>,
     /// The number of descendant joints of each joint, in the source and in the file.

@@ -11,14 +11,16 @@ use super::output::Output;
 pub(super) struct Rates {
     /// The rate of every clip of the source after the steps.
     pub(super) of_clips: Vec<f64>,
-    /// Further rates at which the file may have keys: the sides of a cut keep their ticks.
+    /// Further rates at which the file may have keys: the rates before resampling, because the frames on both sides of
+    /// a cut keep their times.
     others: Vec<f64>,
     /// Whether the file rounds rates that are near whole numbers.
     is_whole: bool,
 }
 
 impl Rates {
-    /// A file of this crate has whole rates if it states a whole rate instead of the rate of its fastest clip.
+    /// The rates that the file `output` of `source` should have after `steps`. If this crate wrote the file, and the
+    /// file states a whole number instead of the rate of its fastest clip, all rates are rounded.
     pub(super) fn new(source: &Scene, steps: &[AppliedStep], output: &Output<'_>) -> Self {
         let mut of_clips: Vec<f64> = source.animations.iter().map(|clip| clip.ticks_per_second).collect();
         let mut others = Vec::new();
@@ -87,7 +89,8 @@ impl Rates {
         (rates.len() > 1).then_some(common as f64)
     }
 
-    /// The rates of the clips, each once, if there are several without a common rate.
+    /// The distinct rates of the clips if no common rate has the frames of all clips. Empty if there is a common rate
+    /// or only one rate.
     pub(super) fn several(&self) -> Vec<f64> {
         /// The most rates: the file is read again for each rate.
         const MOST: usize = 16;

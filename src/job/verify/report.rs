@@ -24,10 +24,10 @@ pub struct Verification {
     pub rms_error: f64,
     /// The place and time of the largest distance. Absent if nothing was compared.
     pub worst: Option<LargestDeviation>,
-    /// The largest rotation error, as the distance in metres by which it moves a point 3 cm from its joint. For a joint
-    /// that moves no other joint, its position error is added. In a skeleton smaller than a metre, the point is nearer,
-    /// in proportion. If the file's rest pose may differ, as in files of other programs, rotations are relative to the
-    /// first frame. Absent if nothing was compared.
+    /// The largest rotation error, as the distance in metres by which it moves a point 3 cm from its joint. If the
+    /// joint moves no other joint, its position error is added. In a skeleton smaller than a metre, the point is
+    /// nearer, in proportion. If the file's rest pose may differ, as in files of other programs, rotations are relative
+    /// to the first frame. Absent if nothing was compared.
     pub rotation_error: Option<f64>,
     /// The loss by resampling. Absent if the file has the frame rate of the source. The errors above do not contain
     /// this loss: they only cover the frames of the file.
@@ -53,7 +53,7 @@ impl fmt::Display for Verification {
         let (most, rms) = (1000.0 * most, 1000.0 * rms);
         write!(
             f,
-            "{frames}, {joints}, {end_sites}: {most:.4} mm at most, {rms:.4} mm RMS"
+            "{frames}, {joints}, {end_sites}: error {most:.4} mm at most, {rms:.4} mm RMS"
         )?;
         if let Some(worst) = &self.worst {
             let (joint, frame, seconds) = (&worst.joint, worst.frame, worst.seconds);
@@ -63,7 +63,7 @@ impl fmt::Display for Verification {
             let (most, rms, frames) = (1000.0 * lost.max_error, 1000.0 * lost.rms_error, lost.frames);
             write!(
                 f,
-                "\nloss by resampling: {most:.4} mm at most, {rms:.4} mm RMS, at the {frames} frames of the source"
+                "\nloss by resampling: error {most:.4} mm at most, {rms:.4} mm RMS, at the {frames} frames of the source"
             )?;
         }
         // Without a record in the file, the unit was inferred from the lengths of the figure.
@@ -92,7 +92,7 @@ impl Verification {
     /// Whether the file equals its source: there are no findings, and every joint is within the allowed distance, in
     /// metres, of its position.
     pub fn is_within(&self, max_error: f64) -> bool {
-        // NaN is never within.
+        // An error of NaN is never within the allowed distance.
         self.findings.is_empty()
             && self.max_error <= max_error
             && self.rotation_error.is_none_or(|error| error <= max_error)
@@ -106,7 +106,7 @@ impl Verification {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct VerifiedClip {
-    /// Its name in the source.
+    /// The name of the clip in the source.
     pub name: String,
     /// Frames that were compared.
     pub frames: usize,
@@ -207,9 +207,9 @@ pub enum FindingKind {
     MovedJoint,
     /// A file that this crate wrote has an additional joint.
     ExtraJoint,
-    /// The rest offset of a joint differs in arrays.
+    /// In arrays, the rest offset of a joint differs from the source.
     Offset,
-    /// The rotation order of a joint differs in arrays.
+    /// In arrays, the rotation order of a joint differs from the source.
     RotationOrder,
     /// The bind pose of the file's skin differs from the source.
     Skin,
@@ -228,7 +228,7 @@ pub enum FindingKind {
 }
 
 impl FindingKind {
-    /// Its name in kebab case.
+    /// The name of the kind in kebab case.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::MissingFrames => "missing-frames",

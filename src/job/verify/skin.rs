@@ -118,7 +118,8 @@ fn when_bound(source: &Scene) -> Vec<Option<DMat4>> {
     bound
 }
 
-/// Matrices of the nodes of the source, in the unit of the file, for the nodes of the file.
+/// For each node of the file, the matrix of its node in the source, converted to the unit of the file; `None` for a
+/// node that the source lacks.
 fn of_source(
     source: &Scene,
     output: &Scene,

@@ -126,7 +126,7 @@ impl Timeline {
         self.frame *= meant / frames_per_second;
         self.is_resampled = true;
         before.resample(frames_per_second, &Limits::default())?;
-        // The rest after the last whole frame is dropped.
+        // The motion after the last whole frame is dropped.
         let frames = before.animations.get(clip).map_or(0.0, |clip| clip.duration);
         self.last = self.last.min(self.first + frames * self.frame);
         Ok(())
@@ -187,7 +187,8 @@ impl Timeline {
         middles.into_iter().step_by(step).collect()
     }
 
-    /// The tick of the source that a time of the file shows: within a cut the nearer side, and at most the end.
+    /// The tick of the source that a time of the file shows. Within a cut, this is the nearer side of the cut. After
+    /// the end, it is the end.
     pub(super) fn shown(&self, tick: f64) -> f64 {
         let tick = tick.min(self.end);
         let near = SAME_TICK * self.frame;
@@ -216,8 +217,8 @@ impl Timeline {
         last as usize + 1
     }
 
-    /// The timeline of a file that has only whole frames. The motion of its source between these frames is not in the
-    /// file, and is not compared, including cuts and the end.
+    /// The timeline of a file that has only whole frames. The file has nothing of the source between these frames, so
+    /// cuts and an end between them are not compared.
     pub(super) fn of_whole_frames(mut self) -> Self {
         let frames = 0..self.frame_count() as usize;
         self.moments = frames.map(|frame| self.tick(frame)).collect();

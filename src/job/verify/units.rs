@@ -10,7 +10,7 @@ use super::{Finding, FindingKind};
 /// The largest relative difference of a stated unit from the expected unit.
 const SAME_UNIT: f64 = 1e-6;
 
-/// The same for a unit that was inferred from lengths.
+/// The largest relative difference of a stated unit from a unit that was inferred from lengths.
 const NEAR_UNIT: f64 = 0.01;
 
 /// A unit of length and an up axis, as far as known.
@@ -57,7 +57,7 @@ impl Space {
         }
     }
 
-    /// Finds statements of a file that differ from `self`. A value that either side leaves open is not compared.
+    /// Finds statements of a file that differ from `self`. A value that `self` or `stated` lacks is not compared.
     pub(super) fn find(self, stated: Self, is_recorded: bool, findings: &mut Vec<Finding>) {
         let tolerance = if is_recorded { SAME_UNIT } else { NEAR_UNIT };
         if let (Some(expected), Some(found)) = (self.metres_per_unit, stated.metres_per_unit)

@@ -23,7 +23,7 @@ macro_rules! codes {
             /// All codes, in the order of the table.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// The name in kebab case. It does not change between versions.
+            /// The name in kebab case. The name does not change between versions.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
@@ -85,7 +85,7 @@ codes! {
         "Export or download it again."
     BinaryFile "binary-file"
         "The file holds bytes that a text file cannot hold."
-        "Check that it is not compressed, and that it has the format of its name."
+        "Check that the file is not compressed, and that its format matches its extension."
     MissingKeyword "missing-keyword"
         "A section or a line that the format requires is missing."
         "Add it, or export the file again."
@@ -150,13 +150,13 @@ codes! {
         "Remove it."
     RepeatedOffset "repeated-offset"
         "A joint has more than one OFFSET; the last one was used."
-        "Remove all but one."
+        "Keep only one OFFSET in the joint."
     LongOffset "long-offset"
         "An OFFSET has more than three numbers; the first three were used."
         "Remove the others."
     RepeatedChannels "repeated-channels"
         "A joint has more than one CHANNELS line. A repeated line was ignored; different lines were joined."
-        "Join them into one line."
+        "Join the lines into one CHANNELS line."
     RepeatedChannel "repeated-channel"
         "A joint names a channel twice. Rotations were multiplied; for positions and scales the last value was used."
         "Remove one of the two."
@@ -165,7 +165,7 @@ codes! {
         "Export with a locale that has decimal points."
     SplitNumber "split-number"
         "Two numbers have no space between them; they were split before the sign."
-        "Put a space between them."
+        "Put a space between the numbers."
     MissingBrace "missing-brace"
         "MOTION begins before all joints are closed; they were closed there."
         "Add the closing braces."
@@ -246,7 +246,7 @@ codes! {
         "Some frames have no value for a joint or a marker; its track has no key there."
         "Ignore this if interpolation is good enough; otherwise fill the gaps in the capture software."
     ClockJump "clock-jump"
-        "The clock of a live motion sender jumped; the recording continues with the time of arrival."
+        "The clock of a live motion sender jumped; the recording continues with the arrival times of the packets."
         "Ignore this, or compare the recording with its sound or video at the stated time."
     LooseMarker "loose-marker"
         "A marker is far from its position on the solved body, or its label is unknown."
@@ -265,7 +265,7 @@ codes! {
         "The skeleton is not a humanoid, or its hips are not the ancestor of all its bones."
         "Name the bones in a map, or choose another file."
     PosesApart "poses-apart"
-        "Two motions that are joined or mixed differ much at this place, in pose or speed."
+        "Two motions that are joined or mixed differ much in pose or speed where they meet."
         "Cut them at similar poses, or choose other motions."
     NoMotion "no-motion"
         "The file has no frames, so the scene has a skeleton and no animation."

@@ -1,6 +1,7 @@
 //! Suggestions for misspelled words.
 
-/// The name closest to a misspelled one, ignoring case. At most a third of the letters may differ, and at most three.
+/// The name closest to the word `misspelled`, ignoring case. At most a third of the letters may differ, and at most
+/// three letters.
 #[doc(hidden)]
 pub fn nearest<'a>(misspelled: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     /// The largest number of letters that may differ.

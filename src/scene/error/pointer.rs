@@ -1,4 +1,4 @@
-//! Finds the invalid value in a JSON text.
+//! Finds the invalid value in a JSON text, and describes it with the types of JSON.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -37,4 +37,27 @@ pub fn pointer(text: &str, error: &serde_json::Error) -> String {
         pointer += &segment;
         within = value.get();
     }
+}
+
+/// The message of serde about a value of a wrong type or length, with the types of JSON instead of Rust's types. `None`
+/// for another message.
+pub fn wrong_value(said: &str) -> Option<String> {
+    let (found, expected) = said.rsplit_once(", expected ")?;
+    let found = match found.split_once(": ") {
+        Some(("invalid type" | "invalid value", "map")) => "an object".to_owned(),
+        Some(("invalid type" | "invalid value", "sequence")) => "a list".to_owned(),
+        Some(("invalid type" | "invalid value", found)) => found.to_owned(),
+        _ => format!("a list of length {}", found.strip_prefix("invalid length ")?),
+    };
+    let (expected, place) = expected.split_once(" at line ").unwrap_or((expected, ""));
+    let expected = match expected {
+        "a sequence" => "a list",
+        "a map" => "an object",
+        "f32" | "f64" => "a number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more",
+        other if other.starts_with("struct ") => "an object",
+        other => other,
+    };
+    let at = if place.is_empty() { "" } else { " at line " };
+    Some(format!("expected {expected}; found {found}{at}{place}"))
 }

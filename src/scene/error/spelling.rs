@@ -1,4 +1,4 @@
-//! Spells option names in messages: as the command line or the language spells them.
+//! Spells option names in messages, as the command line or the programming language spells them.
 //!
 //! A message of the library has an option's job key in braces: `name it with {skeleton}`. The program prints
 //! `--skeleton`, Python prints `skeleton=`. A process has one spelling.
@@ -11,11 +11,11 @@ type Spelling = fn(&str) -> String;
 
 static SPELLING: RwLock<Option<Spelling>> = RwLock::new(None);
 
-/// Sets the spelling of options in this process. Call it before the first message. By default options have the names of
-/// Rust methods.
+/// Sets the spelling of options in this process. Call this function before the first message. By default, options have
+/// the names of Rust methods.
 #[doc(hidden)]
 pub fn spell_options(spelling: Spelling) {
-    // The Python module may become the program `mocap`.
+    // A process may load the Python module, and then run the program `mocap`, which has another spelling.
     *SPELLING.write().unwrap_or_else(PoisonError::into_inner) = Some(spelling);
 }
 

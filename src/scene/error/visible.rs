@@ -23,8 +23,8 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(replaced)
 }
 
-/// `json` with JSON escapes for the characters that [`visible`] escapes. They occur only inside strings, so the value
-/// does not change.
+/// `json` with JSON escapes for the characters that [`visible`] escapes. Such characters occur only inside strings, so
+/// the value does not change.
 #[doc(hidden)]
 pub fn visible_json(json: &str) -> Cow<'_, str> {
     // Keep line ends between values.

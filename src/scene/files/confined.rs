@@ -11,9 +11,9 @@ use crate::error::{Error, Result};
 /// The folder for all files; every folder is allowed if this is not set.
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
-/// From now on this process imports and writes no file outside of `folder`, whatever a file refers to: buffers,
-/// skeletons, meshes. A link counts as its target. The process replaces only files that it has written itself. The
-/// setting is permanent; the first folder stays.
+/// From now on this process imports and writes no file outside of `folder`. This includes the files to which a file
+/// refers, such as buffers, skeletons and meshes. A link counts as its target. The process replaces only files that it
+/// has written itself. The setting is permanent: a second call has no effect.
 ///
 /// ```no_run
 /// mocap::files::confine("takes".as_ref())?;

@@ -1,10 +1,9 @@
-//! Text tables by RFC 4180, and tables of points among them. A table of positions is a motion, so an output must not
-//! replace it.
+//! Text tables by RFC 4180. Some of them are tables of points, which are motions, so an output must not replace them.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// The start of the first line of this program's arrays. The second is one cell for a spreadsheet.
+/// The start of the first line of this program's arrays. The second start is quoted as one cell, for a spreadsheet.
 const OWN_HEADS: [&str; 2] = ["# {\"frame_rate\":", "\"# {\"\"frame_rate\"\":"];
 
 /// The number of bytes in which the column names must end.
@@ -62,7 +61,7 @@ pub fn is_csv_of_points(head: &[u8]) -> bool {
         return true;
     }
     let head = &head[..head.len().min(CSV_HEAD)];
-    // The end may cut a character in two.
+    // The bytes are the beginning of a file, so they may end within a character.
     let text = match std::str::from_utf8(head) {
         Ok(text) => text,
         Err(error) if error.error_len().is_none() => std::str::from_utf8(&head[..error.valid_up_to()]).unwrap_or(""),

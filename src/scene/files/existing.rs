@@ -33,13 +33,13 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 /// - An empty file, and a file whose bytes are the first bytes of the output, or all of them.
 /// - An `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` of this crate.
 /// - A file that the record of outputs knows, if the program keeps a record (`mocap::job::remember_outputs`). A file
-///   with the extension of a format ([`is_source`](Self::is_source)) must be made from these inputs.
+///   with the extension of a format ([`is_source`](Self::is_source)) must also be made from inputs of this call.
 /// - Without a record: a file without the extension of a format, such as a picture, and a `.csv` that is not a table of
 ///   points.
 /// - A glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input has one of these
-///   formats, the file must also name an input as its source. Otherwise, if a shell expands `*.glb` to two files, the
-///   second would be an output. A character file to which this crate added animations names the inputs in
-///   `extras.mocap`: one animation must name both its motion and the character.
+///   formats, the file must also name an input as its source. Without this rule, a shell that expands `*.glb` to two
+///   files would make the second file an output. A character file to which this crate added animations names the inputs
+///   in `extras.mocap`: one animation must name both its motion and the character.
 ///
 /// The last three exceptions do not apply to a file that the record knows and that has changed since.
 ///
@@ -146,7 +146,7 @@ impl ReplacePolicy {
 
     /// The input names that the record gets for an output; none if there are too many.
     pub(super) fn noted_sources(&self) -> Vec<&str> {
-        /// The largest number of recorded input names. More do not identify an output.
+        /// The largest number of recorded input names. More names do not help to identify an output.
         const MOST: usize = 16;
         let names = self.made_from.as_ref().unwrap_or(&self.source_names);
         let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -163,9 +163,9 @@ impl ReplacePolicy {
         own::has_written(path) || !self.outputs.is_empty() && is_known()
     }
 
-    /// Whether an output was made only from inputs of this call. A shell may have expanded `*.bvh` to two files, of
-    /// which the second is not an output. And a character file with another motion would lose its first motion. An
-    /// output without inputs, such as a recording, cannot be made again.
+    /// Whether an output was made only from inputs of this call. Other outputs must not be replaced, for three reasons.
+    /// If a shell expands `*.bvh` to two files, the second file is not meant as an output. A character file would lose
+    /// its former motion. An output without inputs, such as a recording, cannot be made again.
     fn is_made_from_inputs(&self, sources: &[String]) -> bool {
         !sources.is_empty() && sources.iter().all(|name| self.source_names.contains(name))
     }
@@ -178,8 +178,8 @@ impl ReplacePolicy {
         self.check_or(path, || false)
     }
 
-    /// Checks whether an output may go to `path`, before the output exists. If no record of outputs is kept, the answer
-    /// depends on the bytes of the output. Then this checks only the inputs.
+    /// Checks whether an output may go to `path`, before the output exists. Without a record of outputs, the answer
+    /// depends on the bytes of the output, so this function checks only the inputs.
     ///
     /// # Errors
     /// The errors of [`Self::check`].
@@ -238,10 +238,10 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks whether a companion file of an output, such as a texture, may go to `path`. It may if the path is free,
-    /// or has an output, or replacing is forced. Returns `false` if the path has the same bytes, even of an input. The
-    /// output then refers to that file, and nothing is written. A buffer may replace the buffer of a former output. It
-    /// is never shared.
+    /// Checks whether a companion file of an output, such as a texture, may go to `path`. It may go there if the path
+    /// is free or has an earlier output, or if replacing is forced. Returns `false` if the file at `path` has the same
+    /// bytes, even if it is an input. The output then refers to that file, and nothing is written. A buffer may replace
+    /// the buffer of a former output, but two outputs never share a buffer.
     ///
     /// # Errors
     /// The errors of [`Self::check`].
@@ -262,14 +262,14 @@ impl ReplacePolicy {
         {
             return Ok(true);
         }
-        let message = "a file that belongs to the output would replace another file of its name";
+        let message = "a companion file of the output would replace another file with the same name";
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
             .help("write into another folder, or replace the file with {force}");
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks that `path` is not an input. In a [confined](super::confine) process, also that it is not another user's
-    /// file.
+    /// Checks that `path` is not an input. In a [confined](super::confine) process, also checks that the file at `path`
+    /// is not another user's.
     ///
     /// # Errors
     /// [`Code::OutputIsInput`] and [`Code::OutputExists`].
@@ -287,8 +287,8 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Whether the non-empty file at `path`, which the record does not know, may be a user's. `is_told`: its extension
-    /// is of a format. Other files, such as pictures and pages, do not state who wrote them.
+    /// Whether the non-empty file at `path`, which the record does not know, may be a user's own file. `is_told` means
+    /// that the extension belongs to a format. Other files, such as pictures and pages, do not state who wrote them.
     fn may_be_of_user(&self, path: &Path, is_told: bool) -> bool {
         if !is_told {
             return record::is_complete() && !is_own_table(path);
@@ -329,8 +329,8 @@ pub fn has_provenance(path: &Path) -> bool {
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
 }
 
-/// Whether the file name has an extension of a format, whose files can state who wrote them, unlike a picture or a
-/// page.
+/// Whether the file name has an extension of a format. Files of formats can state who wrote them; pictures and pages
+/// cannot.
 fn is_told(path: &Path) -> bool {
     has_extension(path, &["bin"]) || ReplacePolicy::is_source(path)
 }
@@ -354,7 +354,7 @@ fn is_our_buffer(path: &Path) -> bool {
         is_ours && names.any(|name| path.ends_with(name))
     };
     let text = path.with_extension("gltf");
-    // A process may have been killed after it wrote the buffer.
+    // A process may have been killed after it wrote the buffer. Then the `.gltf` has a temporary name.
     let unfinished = fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
     let unfinished = unfinished.map(|entry| entry.path());
     let unfinished =
@@ -434,7 +434,7 @@ struct Extras {
     extras: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
-/// A buffer or an image.
+/// A buffer or an image of a glTF file.
 #[derive(Deserialize)]
 struct FileBeside {
     uri: Option<String>,

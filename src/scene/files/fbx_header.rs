@@ -23,7 +23,7 @@ pub fn fbx_provenance(bytes: &[u8]) -> Option<&str> {
     // The property's name, as a string with its length.
     let name = [b"S\x05\0\0\0", PROVENANCE.as_bytes(), b"S\x07\0\0\0KString"].concat();
     let mut rest = &header[memmem::find(header, &name)?..];
-    // The name, the type, the label, the flags, the value.
+    // The five texts of the property: its name, type, label, flags and value.
     let mut texts = [""; 5];
     for text in &mut texts {
         let (head, after) = rest.split_first_chunk::<5>()?;

@@ -10,7 +10,8 @@ use super::record::{self, RecordState};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Checks whether an output folder may go to `folder`: the path is free, or has an empty folder, or an earlier output.
-/// In an earlier output, the record of outputs knows each file as unchanged, and no file is an input or a motion.
+/// A folder is an earlier output if the record of outputs knows each of its files as unchanged. None of its files may
+/// be an input or a motion.
 ///
 /// # Errors
 /// [`Code::OutputIsInput`]. [`Code::OutputExists`] for any other folder, and for a file; it names the first file that
@@ -34,15 +35,15 @@ pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     };
     let Some((path, has_changed)) = lost else { return Ok(()) };
     let message = match has_changed {
-        true => "the output would replace its folder, and this file has changed since mocap wrote it",
-        false => "the output would replace its folder, and mocap has no record of this file",
+        true => "the output would replace the folder of this file, and the file has changed since mocap wrote it",
+        false => "the output would replace the folder of this file, and mocap has no record of the file",
     };
     let diagnostic = Diagnostic::new(Code::OutputExists, message).help("name another folder, or remove this one");
     Err(Error::from(diagnostic).with_path(&path))
 }
 
-/// Renames the folder `made` to `folder`, and records its files as outputs. Both have the same parent. Replaces an
-/// earlier output if [`check_folder`] allows it. After an error the earlier output is unchanged.
+/// Renames the folder `made` to `folder`, and records its files as outputs. Both folders have the same parent. Replaces
+/// an earlier output if [`check_folder`] allows it. After an error the earlier output is unchanged.
 ///
 /// # Errors
 /// The errors of [`check_folder`], and [`Code::Io`] with the path of the folder.

@@ -1,5 +1,5 @@
-//! The files that this process, or a process whose work it continues, has written since it was confined. It replaces no
-//! other files.
+//! The files that this process, or a process whose work it continues, has written since it was confined. A confined
+//! process replaces no other files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,7 @@ impl OwnFiles {
 
 static WRITTEN: Mutex<OwnFiles> = Mutex::new(OwnFiles(BTreeMap::new()));
 
-/// Called for each file that this process writes, before the process may end.
+/// The function that is called for each file that this process writes, before the process may end.
 static HEARS: OnceLock<fn(OwnFiles)> = OnceLock::new();
 
 /// Continues the work of other processes. Their files count as written by this process. `hears` is called with each
@@ -63,7 +63,7 @@ pub(super) fn is_of_others(path: &Path) -> bool {
     is_confined() && path.symlink_metadata().is_ok() && !has_written(path)
 }
 
-/// If another program has replaced the written file, the id differs.
+/// Whether the file at `path` is a written file. If another program has replaced the file, its id differs.
 fn is_noted(path: &Path) -> bool {
     let written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
     let noted = fs::canonicalize(path).ok().and_then(|real| written.0.get(&real));

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// The characters of a packed text. The last one, which fills up a byte, is no character.
+/// The characters of a packed text. The last entry only fills up a byte and is not a character.
 const CHARACTERS: [u8; 16] = *b"0123456789-. \n\0\0";
 
 /// The code of a byte that is not in [`CHARACTERS`].
@@ -90,7 +90,7 @@ impl FilePart<'_> {
         self.characters.unwrap_or(self.stored.len())
     }
 
-    /// Whether it has no bytes.
+    /// Whether the part has no bytes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

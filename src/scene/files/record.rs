@@ -1,5 +1,5 @@
 //! The record of outputs, which outlives the process. With it a command recognises the outputs of earlier commands.
-//! There is none without a call of [`record_outputs`].
+//! Without a call of [`record_outputs`] there is no record.
 
 pub(crate) mod user;
 
@@ -17,10 +17,11 @@ use super::{Target, folder_of};
 
 static RECORD: OnceLock<UserRecord> = OnceLock::new();
 
-/// Called with each output that replaced an earlier output.
+/// The function that is called with each output that replaced an earlier output.
 static REPLACED: Mutex<Option<fn(&Path)>> = Mutex::new(None);
 
-/// The paths of earlier outputs that a policy allows to be replaced, until they are.
+/// The paths of earlier outputs that a policy allows to be replaced. A path is removed once a new output has replaced
+/// it.
 static REPLACEABLE: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
 
 /// From now on this process records its outputs in `folder`, and replaces outputs that the record knows. It passes the
@@ -80,8 +81,8 @@ fn real_path(target: &Path) -> Option<PathBuf> {
 /// outputs were made from these sources.
 pub(super) fn may_replace(path: &Path, sources: Option<&[&str]>) {
     if let Some(record) = record() {
-        // A process may be killed between its record and the rename. Then the existing file must not look like an
-        // output that a user has changed.
+        // A process may be killed after it recorded an output and before it renamed the file. Then the existing file
+        // must not look like an output that a user has changed.
         if let Some(sources) = sources
             && find(path) == RecordState::Unknown
             && let Ok(Target::File(target)) = Target::of(path)

@@ -19,9 +19,9 @@ use crate::error::{Code, Diagnostic, Error, Result};
 /// All files of an output: the files that a user named, and their companion files, such as buffers, textures and
 /// sidecars. Every interface writes outputs with this type.
 ///
-/// The last file refers to the others. It is renamed away before the others are replaced. So it never refers to files
-/// of another output, even if the process is killed. Its temporary name then tells [`ReplacePolicy`] whose the other
-/// files are.
+/// The last file refers to the others, as a `.gltf` refers to its buffer. An existing last file gets a temporary name
+/// before the others are replaced. So a last file never refers to files of another output, even if the process is
+/// killed. From the file with the temporary name, [`ReplacePolicy`] then knows to which output the other files belong.
 #[doc(hidden)]
 #[derive(Debug, Default)]
 pub struct OutputSet<'a> {
@@ -66,7 +66,7 @@ impl<'a> OutputSet<'a> {
             let message = "an output of several files cannot be written to a pipe or a device";
             let diagnostic = Diagnostic::new(Code::InvalidValue, message)
                 .expected_found("one file", format!("{name} beside it"))
-                .help("name a file, or a format that is one file");
+                .help("write to a file, or choose a format with one file");
             return Err(Error::from(diagnostic).with_path(main));
         }
         let is_name =
@@ -113,7 +113,8 @@ impl<'a> OutputSet<'a> {
         }
     }
 
-    /// The files to write: those that do not exist with the same bytes. Fails unless all may be written.
+    /// The files to write. Companion files that exist with the same bytes are not written. Fails unless all files may
+    /// be written.
     fn to_write(&self, policy: &ReplacePolicy) -> Result<Vec<&OutputFile<'a>>> {
         check_distinct(self.files.iter().map(|file| file.path.as_path()))?;
         let mut files = Vec::new();
@@ -145,8 +146,8 @@ impl OutputFile<'_> {
     }
 }
 
-/// Refuses two outputs of one call that are the same file, or would be on a system that ignores case. The second would
-/// replace the first.
+/// Refuses two outputs of one call that are the same file, or that would be the same file on a system that ignores
+/// case. The second would replace the first.
 ///
 /// # Errors
 /// [`Code::InvalidValue`].
@@ -230,7 +231,7 @@ fn write_whole(files: &[&OutputFile<'_>], sources: &[&str]) -> Result<()> {
 pub struct Replaced {
     /// The path of each existing file, and its temporary path.
     old: Vec<(PathBuf, TempPath)>,
-    /// The new files.
+    /// The paths of the new files.
     pub new: Vec<PathBuf>,
 }
 

@@ -1,8 +1,8 @@
 //! A file that is being written. Until it is complete it has no name, or a temporary one.
 //!
-//! On Linux it has no name (`O_TMPFILE`), so that nothing remains if the process is killed. A nameless file can get a
-//! name, but cannot replace another file. To replace one, it gets a temporary name and is then renamed. If the system
-//! or the file system has no nameless files, it has the temporary name from the start.
+//! On Linux the file has no name (`O_TMPFILE`), so that nothing remains if the process is killed. A nameless file can
+//! get a name, but cannot replace another file. To replace another file, the file gets a temporary name and is then
+//! renamed. If the system or the file system has no nameless files, the file has the temporary name from the start.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};
@@ -23,11 +23,11 @@ pub(super) enum UnfinishedFile {
 }
 
 impl UnfinishedFile {
-    /// Creates a file in the folder of `target`, with the output of `write`. Dropping removes it.
+    /// Creates a file in the folder of `target`, with the output of `write`. Dropping the value removes the file.
     pub(super) fn new(target: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<Self> {
         let mut file = Self::create(target)?;
         if let Some(permissions) = fs::metadata(target).ok().as_ref().map(Metadata::permissions) {
-            // Some file systems have no permissions.
+            // Ignore an error, because some file systems have no permissions.
             let _ = file.file().set_permissions(permissions);
         }
         write(file.file_mut())?;

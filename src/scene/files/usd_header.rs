@@ -18,8 +18,8 @@ const ZIP_HEADER: usize = 30;
 /// The number of bytes to search: the layer metadata are at the beginning of the file.
 pub(super) const USD_HEADER: usize = 1 << 20;
 
-/// The JSON that this crate wrote; `None` for files of other programs. It is also `None` if a program kept the JSON,
-/// because programs write it with other quotes or spaces. `bytes` are a file or its beginning.
+/// The JSON that this crate wrote; `None` for files of other programs. Also `None` if another program has rewritten the
+/// JSON, because programs use other quotes or spaces. `bytes` are a file or its beginning.
 pub(super) fn usd_provenance(bytes: &[u8]) -> Option<String> {
     let layer = match bytes.starts_with(ZIP_HEAD) {
         true => {

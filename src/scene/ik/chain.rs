@@ -1,10 +1,10 @@
 //! An iterative solver for chains of any number of bones.
 //!
 //! Without limits the solver is FABRIK (Aristidou and Lasenby, 2011). FABRIK moves positions along the lines between
-//! them, so bones keep their lengths and share the bend. It approaches the goal quickly and then slowly, so the last
-//! step is exact. This step rotates two halves of the chain as two rigid bones, or else one joint after the other.
-//! With limits the solver is cyclic coordinate descent. It rotates one joint after the other, so it can clamp the
-//! rotation of each.
+//! them, so bones keep their lengths and share the bend. It approaches the goal quickly at first, and then slowly. So a
+//! last, exact step rotates two parts of the chain as two rigid bones. If these parts cannot reach the goal, the step
+//! places one joint after the other. With limits the solver is cyclic coordinate descent. It rotates one joint after
+//! the other, so it can clamp the rotation of each joint.
 
 use glam::{DVec3, Vec3};
 
@@ -127,8 +127,8 @@ fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
 }
 
 /// Places one joint after the other, from the first. Each joint stays as near to its position as possible while the
-/// remaining bones can reach the goal. This is exact where FABRIK converges too slowly: if the goal is almost as near,
-/// or as far, as the bones allow.
+/// remaining bones can reach the goal. This method is exact where FABRIK converges too slowly: if the goal is almost at
+/// the nearest or farthest distance that the bones allow.
 fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec3) {
     for (index, &length) in lengths.iter().enumerate() {
         let (here, next) = (points[index], points[index + 1]);
@@ -139,7 +139,8 @@ fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec
         let least = (2.0 * longest - farthest).max((distance - length).abs());
         let most = farthest.min(distance + length);
         let left = next.distance(goal).min(most).max(least);
-        // The circles about this joint and about the goal meet at this distance along the line between them.
+        // The circles about this joint and about the goal meet at this distance along the line from the joint to the
+        // goal.
         let towards = (goal - here).normalize_or(aside);
         let along = ((distance * distance + length * length - left * left) / (2.0 * distance)).clamp(-length, length);
         let along = if along.is_nan() { 0.0 } else { along };
@@ -156,9 +157,11 @@ fn is_met(points: &[DVec3], lengths: &[f64], goal: DVec3, tolerance: f64) -> boo
 }
 
 /// Rotates the chain as two rigid parts: about its start, and about the joint between them that needs the smallest
-/// rotation. `false` if no joint allows it, or if the parts would rotate far: the bones would no longer share the bend.
+/// rotation. Returns `false` if no joint allows such a rotation. Also returns `false` if the parts would rotate far,
+/// because the bones would then no longer share the bend.
 fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
-    /// The largest distance that a pass leaves to this last step, as a fraction of the distance of the goal.
+    /// The largest distance from the goal that this last step closes, as a fraction of the goal's distance from the
+    /// start.
     const NEAR: f64 = 0.05;
     let (start, last) = (points[0], points.len() - 1);
     let distance = goal.distance(start);
@@ -175,7 +178,7 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
     if room(joint) < 0.0 {
         return false;
     }
-    // Relative to the start of the chain, where single precision has enough digits.
+    // The positions are relative to the start of the chain, so single precision has enough digits.
     let local = |point: DVec3| (point - start).as_vec3();
     let found = TwoBone::solve(
         [Vec3::ZERO, local(points[joint]), local(points[last])],
@@ -200,7 +203,7 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
 impl Pose {
     /// Rotates the nodes of a chain, each an ancestor of the next, so that the last node reaches `goal`. If the goal
     /// has a rotation, also rotates the last node itself. Returns the remaining distance from the goal's position; 0 if
-    /// it has none.
+    /// the goal has no position.
     ///
     /// # Panics
     /// If the pose lacks one of the nodes.
@@ -276,7 +279,7 @@ fn turn(pose: &mut Pose, node: NodeId, from: Vec3, to: Vec3) {
     pose.rotate(node, wide_arc(from, to, axis).as_quat());
 }
 
-/// Clamps the rotation of `node` relative to its parent to its limit.
+/// Clamps the rotation of `node`, relative to its parent, to `limit`.
 fn clamp(pose: &mut Pose, node: NodeId, limit: &JointLimit) {
     if *limit != JointLimit::Free {
         let trs = Trs::from_matrix(pose.node_to_parent[node.index()]);

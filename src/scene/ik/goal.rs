@@ -53,14 +53,16 @@ impl Goal {
         self
     }
 
-    /// The weighted position goal from `current`; `None` without a finite one.
+    /// The position to reach: the fraction `position_weight` of the way from `current` to the goal. `None` if the goal
+    /// has no finite position.
     pub(super) fn position_from(&self, current: Vec3) -> Option<Vec3> {
         let weight = self.position_weight.clamp(0.0, 1.0);
         let position = current.lerp(self.position?, weight);
         position.is_finite().then_some(position)
     }
 
-    /// The world rotation to apply to an end that has the rotation `current`; `None` without a finite one.
+    /// The world rotation to apply to an end that has the rotation `current`; `None` if the goal has no finite
+    /// rotation.
     pub(super) fn rotation_from(&self, current: Quat) -> Option<Quat> {
         let goal = self.rotation?;
         if !(goal.length_squared() > 0.0 && goal.is_finite() && current.is_finite()) {

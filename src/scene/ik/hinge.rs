@@ -13,24 +13,25 @@ use crate::scene::NodeId;
 /// The sine of the bend at which the visible bend and the hinge have equal weight: 3 degrees.
 const SEEN: f64 = 0.05;
 
-/// The largest weight of a hinge against the visible bend, as the distance of the middle joint from the line, in
-/// lengths of the first bone. It equals a bend of 2.3 degrees. A joint that visibly bends farther back stays bent back.
+/// The largest weight of a hinge against the visible bend. A bend is measured as the distance of the middle joint from
+/// the line between the ends, in lengths of the first bone. The constant is the measure of a bend of 2.3 degrees. A
+/// joint that visibly bends farther back stays bent back.
 pub const MOST_OF_HINGE: f64 = 0.02;
 
-/// World rotations of two bones that bring the end to a goal. Apply them after the present rotations.
+/// World rotations of two bones that bring the end to a goal, to apply after the present rotations of the bones.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct HingeRotations {
     #[doc(hidden)]
     pub upper: Quat,
-    /// Includes the rotation of the first bone.
+    /// The rotation of the second bone, which includes the rotation of the first.
     #[doc(hidden)]
     pub lower: Quat,
 }
 
-/// The unit normal of the plane in which a limb bends: the normal of its two bones, and the hinge if they are nearly
-/// straight. `hinge` is the axis in the world about which the second bone bends relative to the first, at right angles
-/// to the first. A limb that bends to the wrong side counts as straight.
+/// The unit normal of the plane in which a limb bends. It is the normal of the two bones or, if these are nearly
+/// straight, the hinge. `hinge` is the axis in the world about which the second bone bends relative to the first. This
+/// axis is at right angles to the first bone. A limb that bends to the wrong side counts as straight.
 #[doc(hidden)]
 pub fn plane_normal(joints: [Vec3; 3], hinge: Vec3) -> Vec3 {
     let [start, middle, end] = joints.map(Vec3::as_dvec3);
@@ -89,8 +90,8 @@ pub fn seen_hinge(pose: &Pose, limb: [NodeId; 3]) -> Vec3 {
 
 /// The rotations that bring the end of a limb to `goal`. The bending plane rotates with the direction of the end, by
 /// the smallest rotation. If the limb is nearly straight and has to bend more, noise decides the plane. So the hinge
-/// gets a weight: the increase of the middle joint's distance from the line, up to [`MOST_OF_HINGE`]. `hinge` is as in
-/// [`plane_normal`].
+/// gets a weight: the increase of the middle joint's distance from the line between the ends, up to [`MOST_OF_HINGE`].
+/// `hinge` is as in [`plane_normal`].
 #[doc(hidden)]
 pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<HingeRotations> {
     let [start, middle, end] = joints.map(Vec3::as_dvec3);
@@ -110,8 +111,8 @@ pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<Hi
 }
 
 impl Pose {
-    /// Like [`Pose::bend_limb`], for a limb with a hinge at the middle joint. The hinge axis is in the axes of the
-    /// first joint.
+    /// Bends a limb as [`Pose::bend_limb`] does, for a limb with a hinge at the middle joint. The hinge axis is in the
+    /// axes of the first joint.
     #[doc(hidden)]
     pub fn bend_hinged_limb(&mut self, limb: [NodeId; 3], goal: &Goal, hinge: Vec3) -> f32 {
         let hinge = rotation_of(&self.node_to_world[limb[0].index()]) * hinge;

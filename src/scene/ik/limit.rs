@@ -19,9 +19,9 @@ pub enum JointLimit {
         rest: Quat,
         /// The axis, in the axes of the joint.
         axis: Vec3,
-        /// The smallest angle.
+        /// The smallest angle, in radians.
         min: f32,
-        /// The largest angle.
+        /// The largest angle, in radians.
         max: f32,
     },
     /// A rotation within a cone about the bone, such as a shoulder's.
@@ -30,15 +30,15 @@ pub enum JointLimit {
         rest: Quat,
         /// The direction of the bone, in the axes of the joint.
         axis: Vec3,
-        /// The largest angle of the bone from the centre.
+        /// The largest angle of the bone from the centre, in radians.
         swing: f32,
-        /// The largest rotation about the bone, in either direction.
+        /// The largest rotation about the bone, in either direction, in radians.
         twist: f32,
     },
 }
 
 impl JointLimit {
-    /// The allowed rotation near `rotation`.
+    /// `rotation` if the limit allows it, otherwise an allowed rotation near it.
     pub fn clamp(&self, rotation: Quat) -> Quat {
         let clamped = match *self {
             Self::Free => rotation,

@@ -23,7 +23,7 @@ pub struct TwoBone {
     pub lower: Quat,
     /// The new position of the joint between the bones.
     pub middle: Vec3,
-    /// The new position of the end.
+    /// The new position of the end of the second bone.
     pub end: Vec3,
     /// The distance of the end from the goal. Within reach it is 0, except for rounding.
     pub distance: f32,
@@ -33,8 +33,8 @@ impl TwoBone {
     /// The rotations that bring the end of two bones to `goal`. `joints` are the positions of the first joint, of the
     /// joint between the bones, and of the end.
     ///
-    /// If the goal is out of reach, the bones point straight at it. If it is nearer than the bones can fold, they are
-    /// folded. The bending plane rotates with the direction of the end, by the smallest rotation, so that nothing
+    /// If the goal is out of reach, the bones point straight at it. If the goal is nearer than the bones can fold, they
+    /// are folded. The bending plane rotates with the direction of the end, by the smallest rotation, so that nothing
     /// twists. With the position `pole`, the middle joint bends towards it.
     ///
     /// ```
@@ -69,7 +69,8 @@ impl TwoBone {
             .unwrap_or(DVec3::X);
         let to_goal = goal - start;
         let new = direction(to_goal, nothing).unwrap_or(old);
-        // The middle joint is `along` the direction to the goal, and `aside` of it.
+        // `along` is the distance of the middle joint along the line to the goal; `aside` is its distance from this
+        // line.
         let Triangle { reach, along, aside } = Triangle::new(a, b, to_goal.length());
 
         let mut turn = wide_arc(old, new, old.any_orthonormal_vector());
@@ -82,7 +83,7 @@ impl TwoBone {
             turn = wide_arc(from, to, new) * turn;
         }
         let bend = to_pole.or(bend_now).unwrap_or_else(|| new.any_orthonormal_vector());
-        // Both must be exactly perpendicular, or the bones would not keep their lengths.
+        // `bend` must be exactly perpendicular to `new`, or the bones would not keep their lengths.
         let bend = bend.reject_from_normalized(new).normalize();
         let normal = new.cross(bend);
 
@@ -132,8 +133,8 @@ pub(super) fn direction(vector: DVec3, nothing: f64) -> Option<DVec3> {
 
 impl Pose {
     /// Rotates the joints `limb[0]` and `limb[1]` so that their descendant `limb[2]` reaches `goal`. If the goal has a
-    /// rotation, also rotates `limb[2]` itself. Returns the remaining distance from the goal's position; 0 if it has
-    /// none.
+    /// rotation, also rotates `limb[2]` itself. Returns the remaining distance from the goal's position; 0 if the goal
+    /// has no position.
     ///
     /// Nodes between the three, such as twist joints, move along. `pole` and goals out of reach work as in
     /// [`TwoBone::solve`](crate::ik::TwoBone::solve).
@@ -161,8 +162,8 @@ impl Pose {
         })
     }
 
-    /// Like [`Pose::bend_limb`], with `solve`, which returns the world rotations of the two bones from the positions of
-    /// the joints and of the goal.
+    /// Bends a limb as [`Pose::bend_limb`] does. `solve` returns the world rotations of the two bones from the
+    /// positions of the joints and of the goal.
     pub(super) fn bend_by(
         &mut self,
         limb: [NodeId; 3],

@@ -1,4 +1,4 @@
-//! Symmetric positive definite systems. The matrix is its lower triangle, row by row.
+//! Solves symmetric positive definite systems. A matrix is stored as its lower triangle, row by row.
 
 /// The number of products that are summed in parallel, so that no addition waits for another.
 const LANES: usize = 4;
@@ -7,20 +7,25 @@ const LANES: usize = 4;
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let size = a.len().min(b.len());
-    let (a, b) = (&a[..size], &b[..size]);
-    let whole = size - size % LANES;
+    let (a, a_rest) = a[..size].as_chunks::<LANES>();
+    let (b, b_rest) = b[..size].as_chunks::<LANES>();
     let mut lanes = [0.0; LANES];
     // An index loop compiles to one loop without calls at every optimisation level. Iterator chains do not.
     let mut at = 0;
-    while at < whole {
-        for lane in 0..LANES {
-            lanes[lane] += a[at + lane] * b[at + lane];
-        }
-        at += LANES;
+    while at < a.len() {
+        let (a, b) = (&a[at], &b[at]);
+        lanes = [
+            lanes[0] + a[0] * b[0],
+            lanes[1] + a[1] * b[1],
+            lanes[2] + a[2] * b[2],
+            lanes[3] + a[3] * b[3],
+        ];
+        at += 1;
     }
     let mut sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
-    while at < size {
-        sum += a[at] * b[at];
+    let mut at = 0;
+    while at < a_rest.len() {
+        sum += a_rest[at] * b_rest[at];
         at += 1;
     }
     sum

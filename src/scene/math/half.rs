@@ -4,14 +4,15 @@
 pub const MOST: f32 = 65_504.0;
 /// The number of mantissa bits that a 32-bit float has and a 16-bit float lacks.
 const DROPPED: u32 = 13;
-/// The difference of the exponent biases.
+/// The difference between the exponent biases of 32-bit and 16-bit floats, shifted to the exponent's bits.
 const REBIAS: u32 = (127 - 15) << 23;
 /// The smallest normal 16-bit number: 2^-14.
 const LEAST_NORMAL: f32 = 6.103_515_6e-5;
 /// The factor that makes a subnormal 16-bit number whole: 2^24.
 const SUBNORMAL: f32 = 16_777_216.0;
 
-/// The nearest 16-bit float to a finite number; halfway, the even one. Above [`MOST`], it is [`MOST`].
+/// The 16-bit float nearest to a finite number. Of two equally near floats, it is the one with an even mantissa. Above
+/// [`MOST`], it is [`MOST`].
 pub fn to_half(value: f32) -> u16 {
     let sign = (value.to_bits() >> 16) as u16 & 0x8000;
     let magnitude = value.abs().min(MOST);

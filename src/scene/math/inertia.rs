@@ -7,7 +7,8 @@ pub fn ease(part: f32) -> f32 {
     part.powi(3) * (10.0 - 15.0 * part + 6.0 * part * part)
 }
 
-/// A difference at frame 0, with its change per frame. The quintic brings it to rest at 0 within `steps` frames.
+/// The difference that remains at `frame`. At frame 0, the difference is `offset` and changes by `speed` per frame. A
+/// quintic brings the difference to rest at 0 within `steps` frames.
 pub fn fade(offset: Vec3, speed: Vec3, frame: usize, steps: usize) -> Vec3 {
     if frame >= steps {
         return Vec3::ZERO;

@@ -24,14 +24,15 @@ impl OrderedNumber for f64 {
     }
 }
 
-/// The value of a rank, from 0; beyond the last rank, the last value. `None` if there are no values. Reorders the
-/// values.
+/// The value at `rank` in sorted order, counted from 0; beyond the last rank, the last value. `None` if there are no
+/// values. Reorders the values.
 pub fn ranked<N: OrderedNumber>(values: &mut [N], rank: usize) -> Option<N> {
     let last = values.len().checked_sub(1)?;
     Some(*values.select_nth_unstable_by(rank.min(last), N::compare).1)
 }
 
-/// The median; of an even number of values, the upper one. `None` if there are no values. Reorders the values.
+/// The median; of an even number of values, the larger of the two middle values. `None` if there are no values.
+/// Reorders the values.
 pub fn median<N: OrderedNumber>(values: &mut [N]) -> Option<N> {
     ranked(values, values.len() / 2)
 }

@@ -22,7 +22,7 @@ impl Polyline {
         self.lengths[self.lengths.len() - 1]
     }
 
-    /// The point at a distance along the line; at most an end.
+    /// The point at a distance along the line; beyond an end, the end.
     pub fn at(&self, along: f64) -> DVec2 {
         let (from, to, fraction) = self.piece(along);
         from.lerp(to, fraction)
@@ -54,13 +54,13 @@ impl Polyline {
         best.1
     }
 
-    /// The index of the point before which a distance ends.
+    /// The index of the second point of the piece in which a distance ends.
     fn piece_at(&self, along: f64) -> usize {
         let next = self.lengths.partition_point(|length| *length <= along);
         next.clamp(1, self.points.len() - 1)
     }
 
-    /// The two points between which a distance ends, and the fraction of the way from the first to the second.
+    /// The two points of the piece in which a distance ends, and the fraction of the way from the first to the second.
     fn piece(&self, along: f64) -> (DVec2, DVec2, f64) {
         let next = self.piece_at(along);
         let [begin, end] = [self.lengths[next - 1], self.lengths[next]];

@@ -59,7 +59,7 @@ pub fn log(rotation: Quat) -> Vec3 {
 }
 
 /// Coefficients of the quotient of an angle and its sine, as a polynomial in 1 minus the cosine. It interpolates at
-/// Chebyshev's nodes of 0 to 1 with degree 9, and is within 2e-8.
+/// Chebyshev's nodes of 0 to 1 with degree 9, with an error of at most 2e-8.
 pub const ANGLE_OVER_SINE: [f32; 10] = [
     1.0,
     0.333_335_38,
@@ -100,7 +100,7 @@ pub fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
     ];
     let (x, y, z, w) = (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]);
     let chord = (x * x + y * y) + (z * z + w * w);
-    // The squared distance to the negative of the other quaternion, which is the same rotation, is 4 minus this one.
+    // The negative of the other quaternion is the same rotation. Its squared chord is 4 minus the squared chord here.
     let chord = if chord > 2.0 { 4.0 - chord } else { chord };
     chord * polynomial(QUOTIENT, chord)
 }
@@ -127,12 +127,12 @@ pub fn exp(vector: Vec3) -> Quat {
     Quat::from_xyzw(v.x, v.y, v.z, half.cos())
 }
 
-/// The twist of a rotation about a unit axis (swing-twist decomposition). It remains after the shortest rotation that
-/// moves the axis in the same way.
+/// The twist of a rotation about a unit axis (swing-twist decomposition). The rotation is the product of the twist and
+/// the swing, which is the shortest rotation that moves the axis in the same way.
 pub fn twist(rotation: Quat, axis: Vec3) -> Quat {
     let along = axis * rotation.xyz().dot(axis);
     let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);
-    // Both components vanish if the axis is reversed; the twist is undefined then.
+    // If the rotation reverses the axis, both parts are 0 and the twist is undefined.
     if twist.length_squared() > 1e-9 {
         twist.normalize()
     } else {
@@ -157,8 +157,8 @@ pub fn twist_angle(rotation: Quat, axis: Vec3) -> f32 {
 /// opposite, where the axis has no digits left.
 const OPPOSITE: f64 = 1e-12;
 
-/// The smallest rotation from one direction to another, of any length. About `axis` if they are opposite. It is exact
-/// for small angles, for which glam returns the identity.
+/// The smallest rotation from one direction to another, of any length. If the directions are opposite, the rotation is
+/// about `axis`. The rotation is exact for small angles, for which glam returns the identity.
 pub fn wide_arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
     let length = (from.length_squared() * to.length_squared()).sqrt();
     let (w, v) = (length + from.dot(to), from.cross(to));

@@ -20,7 +20,8 @@ impl Axis {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 }
 
-/// glam's intrinsic orders are matrix products in the order of their letters, like ours.
+/// The order of glam with the same letters. glam's intrinsic orders are matrix products in the order of their letters,
+/// like [`RotationOrder`].
 pub fn euler_rot(order: RotationOrder) -> EulerRot {
     match order {
         RotationOrder::Xyz => EulerRot::XYZ,
@@ -85,8 +86,9 @@ pub fn with_assimp_sign(rotation: DQuat) -> Quat {
     rotation.as_quat()
 }
 
-/// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`. Of all such triples it is the
-/// one nearest to `before`, so that angles continue past 180 degrees without a jump.
+/// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`. Of all triples of angles for
+/// this rotation, the function returns the triple nearest to `before`, so that angles continue past 180 degrees without
+/// a jump.
 ///
 /// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`. `cos b` is a factor of the other
 /// elements in that row and column, which give `b` and then `c`. `R` without `c` and `b` gives `a`. The other solution

@@ -33,7 +33,8 @@ pub fn turned(point: Vec3, from: UpAxis, to: UpAxis) -> Vec3 {
     if from == to {
         return point;
     }
-    // Back from +Y: the opposite of a rotation by 90 degrees. A rotation by 180 degrees undoes itself.
+    // From +Y to `to`: the inverse of the rotation from `to` to +Y. The inverse of a rotation by 90 degrees is the
+    // opposite rotation; a rotation by 180 degrees is its own inverse.
     let back = match to {
         UpAxis::Z => UpAxis::NegZ,
         UpAxis::NegZ => UpAxis::Z,

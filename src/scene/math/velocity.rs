@@ -1,7 +1,7 @@
 //! Velocities by central differences.
 
 /// The change per second of `values`, which has `width` values per frame: central differences, one-sided at both ends.
-/// It is 0 for a single frame.
+/// The change is 0 for a single frame.
 pub fn velocities(values: &[f32], width: usize, frame_rate: f64) -> Vec<f32> {
     let frames = values.len().checked_div(width).unwrap_or(0);
     let mut velocities = Vec::with_capacity(values.len());

@@ -69,7 +69,7 @@ impl OutOfRange {
 pub struct Binding {
     /// The channels without a node, as indices into [`Animation::channels`]. They have no effect.
     pub channels_without_node: Vec<usize>,
-    /// The joints without a channel. They do not change.
+    /// The joints without a channel. These joints do not change.
     pub joints_without_channel: Vec<NodeId>,
     out_of_range: OutOfRange,
     links: Vec<Link>,
@@ -151,7 +151,7 @@ impl Binding {
             is_driven[id.index()] = true;
         }
         let mut nodes_by_name: HashMap<&str, Vec<NodeId>> = HashMap::new();
-        // In reverse order, so that the next node of a name is the last in its list.
+        // The nodes are added in reverse order. So the last node in the list of a name is the next node to use.
         for (index, node) in scene.nodes.iter().enumerate().rev() {
             if node.kind != NodeKind::EndSite && !is_driven[index] {
                 nodes_by_name.entry(&node.name).or_default().push(NodeId::new(index));
@@ -230,7 +230,7 @@ fn is_root(scene: &Scene, node: NodeId) -> bool {
 }
 
 impl Scene {
-    /// The joints with a parent joint whose position relative to it changes.
+    /// The joints whose position relative to their parent joint changes.
     #[doc(hidden)]
     pub fn position_curves(&self, animation: &Animation) -> Vec<NodeId> {
         let binding = Binding::new(self, animation);

@@ -12,8 +12,8 @@ use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
 /// A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., in the notation of animation courses.
 ///
-/// A link L is the translation of a joint relative to its parent. A joint J is its rotation; for the first joint, J
-/// includes the translation. [`Pose::chain`] has an example.
+/// A link L is the translation of a joint relative to its parent. A joint J is the rotation of a joint; J0 also has the
+/// translation of the first joint. [`Pose::chain`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
@@ -22,7 +22,7 @@ pub struct ChainMatrix {
     pub symbol: String,
     /// The name of the joint or end site.
     pub joint: String,
-    /// Its node.
+    /// The node of the joint or end site.
     #[cfg_attr(feature = "schema", schemars(with = "u32"))]
     pub node: NodeId,
     /// The matrix, for column vectors. `serde` writes its rows.
@@ -44,7 +44,7 @@ pub struct ChainMatrix {
 
 impl Pose {
     /// The matrices from the root to the node named `joint`. The pose must have been made from `scene`. A group counts
-    /// as a joint if it is not the identity, or if it is the end.
+    /// as a joint if its transform is not the identity, or if it is the named node.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -16,7 +16,7 @@ pub struct FaceTrack {
 }
 
 impl Scene {
-    /// Whether it has expressions and no joints, as a track of a face.
+    /// Whether the scene has expressions and no joints, so that it is a face without a body.
     #[doc(hidden)]
     pub fn is_face_alone(&self) -> bool {
         let has_faces = self.nodes.iter().any(|node| node.face.is_some());
@@ -49,9 +49,9 @@ impl Scene {
         tracks.collect()
     }
 
-    /// Gives an animation of the scene, by its index, the tracks of a face. A track without a node in the scene is
-    /// dropped. If `adds` is set, it gets a new child node of the root instead. Returns the names of the dropped
-    /// tracks.
+    /// Sets the tracks of a face in an animation of the scene. `animation` is the index of the animation. A track
+    /// without a node in the scene is dropped. If `adds` is set, such a track gets a new child node of the root
+    /// instead. Returns the names of the dropped tracks.
     #[doc(hidden)]
     pub fn set_face(&mut self, animation: usize, tracks: &[FaceTrack], adds: bool) -> Vec<String> {
         let mut left_out = Vec::new();

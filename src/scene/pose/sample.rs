@@ -28,7 +28,8 @@ impl Trs {
 
     /// Decomposes `matrix`. Shear is lost. If axes have no length, the other axes complete the rotation.
     pub fn from_matrix(matrix: Mat4) -> Self {
-        // In double precision: for axes with shear, rounding would choose between two rotations.
+        // Double precision, because for axes with shear, rounding to single precision would choose between two
+        // rotations.
         let wide = matrix.as_dmat4();
         let (mut scale, mut rotation, _) = wide.to_scale_rotation_translation();
         if !rotation.is_finite() {
@@ -93,7 +94,8 @@ impl Channel {
         self.position_keys.is_empty() && self.rotation_keys.is_empty() && self.scaling_keys.is_empty()
     }
 
-    /// The transform. Its `moving` components come from their tracks, the others from `still`.
+    /// The transform at a moment. The components in `moving` are sampled from their tracks; the other components come
+    /// from `still`.
     #[inline]
     pub(super) fn sample_moving(&self, moment: Moment, moving: Moving, still: Trs) -> Trs {
         let mut trs = still;
@@ -129,36 +131,39 @@ impl Moving {
 }
 
 impl Keys<Vec3> {
-    /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key it is the first
-    /// value, after the last key the last value. A NaN tick counts as tick 0. `None` if there are no keys.
+    /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key, it is the value
+    /// of the first key; after the last key, the value of the last key. A NaN tick counts as tick 0. `None` if there
+    /// are no keys.
     pub fn sample(&self, tick: f64) -> Option<Vec3> {
         sample(self, Moment::new(tick), Vec3::lerp)
     }
 }
 
 impl Keys<f32> {
-    /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key it is the first
-    /// value, after the last key the last value. A NaN tick counts as tick 0. `None` if there are no keys.
+    /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key, it is the value
+    /// of the first key; after the last key, the value of the last key. A NaN tick counts as tick 0. `None` if there
+    /// are no keys.
     pub fn sample(&self, tick: f64) -> Option<f32> {
         sample(self, Moment::new(tick), f32::lerp)
     }
 }
 
 impl Keys<Quat> {
-    /// The value at `tick`, by slerp on the shorter arc between the two keys around it. Before the first key it is the
-    /// first value, after the last key the last value. A NaN tick counts as tick 0. `None` if there are no keys.
+    /// The value at `tick`, by slerp on the shorter arc between the two keys around it. Before the first key, it is the
+    /// value of the first key; after the last key, the value of the last key. A NaN tick counts as tick 0. `None` if
+    /// there are no keys.
     pub fn sample(&self, tick: f64) -> Option<Quat> {
         sample(self, Moment::new(tick), Quat::slerp)
     }
 }
 
-/// A tick, split once for all tracks with a key at every tick.
+/// A tick, split into a whole tick and a fraction once for all tracks with a key at every tick.
 #[derive(Clone, Copy)]
 pub(super) struct Moment {
     tick: f64,
     /// The last whole tick at or before `tick`; 0 if `tick` is negative.
     index: usize,
-    /// The fraction from there to the next whole tick, from 0 to 1.
+    /// The fraction from that tick to the next whole tick, from 0 to 1.
     fraction: f32,
 }
 
@@ -189,8 +194,8 @@ fn sample<T: Copy>(keys: &Keys<T>, moment: Moment, mix: impl Fn(T, T, f32) -> T)
     }
 }
 
-/// The index of the last key at or before `tick`, or of the first key. With it, the fraction from that key to the next,
-/// from 0 to 1.
+/// The index of the last key at or before `tick`, or 0 if there is none. Also the fraction of the way from that key to
+/// the next, from 0 to 1.
 fn locate(ticks: &[f64], tick: f64) -> (usize, f32) {
     let after = ticks.partition_point(|&key| key <= tick);
     let from = after.saturating_sub(1);

@@ -1,4 +1,4 @@
-//! Skins in a pose: linear blend skinning.
+//! Computes the vertices of a skin in a pose, by linear blend skinning.
 
 use glam::Vec3;
 

@@ -31,8 +31,8 @@ impl Scene {
     }
 }
 
-/// Like [`convert_units`], from any unit and up axis to any other. `from` and `to` are the metres per unit of length
-/// and the up axis.
+/// Converts as [`convert_units`] does, from any unit and up axis to any other. `from` and `to` are the metres per unit
+/// of length and the up axis.
 #[doc(hidden)]
 pub fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64, UpAxis)) {
     let ((metres_per_unit, up), (out_metres_per_unit, out_up)) = (from, to);
@@ -85,7 +85,7 @@ pub fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64, UpAxis
     });
 }
 
-/// The up axes before and after.
+/// The up axes before and after the conversion.
 #[derive(Clone, Copy, Default)]
 struct Axes {
     from: UpAxis,
@@ -101,7 +101,7 @@ impl Axes {
         up_axis::turned(point, self.from, self.to)
     }
 
-    /// Computed in double precision and rounded once.
+    /// Double precision, rounded once at the end.
     fn rotation(self, rotation: Quat) -> Quat {
         if self.from == self.to {
             return rotation;

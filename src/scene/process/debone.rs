@@ -13,8 +13,8 @@ impl Scene {
     /// are equal in every pose.
     ///
     /// A bone is *needed* in two cases: it moves a vertex together with another bone, or a face has vertices of this
-    /// bone and other vertices. The faces of needed bones stay in one mesh on its old nodes, before the other meshes,
-    /// and keep those bones. Faces without bones stay with them.
+    /// bone and other vertices. The faces of needed bones and faces without bones stay in one mesh with those bones.
+    /// This mesh stays on its old nodes, before the other meshes.
     ///
     /// Assimp does not transform the faces of a bone whose offset matrix is within 0.01 of the identity. So it draws
     /// links near the origin of a skeleton in metres at a wrong position. Here all faces are transformed.

@@ -7,12 +7,12 @@ impl Scene {
     /// Replaces triangles whose three corners coincide by points, in a separate mesh.
     ///
     /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points with one
-    /// vertex each, and mesh 1 has the 12 triangles. The bones stay with the vertices they move. The nodes that held
-    /// mesh 0 hold both. [`remove_sizeless_meshes()`](Scene::remove_sizeless_meshes) removes the points if they all
-    /// coincide.
+    /// vertex each, and mesh 1 has the 12 triangles. The bones stay with the vertices they move. Every node that held
+    /// mesh 0 then holds both meshes. [`remove_sizeless_meshes()`](Scene::remove_sizeless_meshes) removes the points if
+    /// they all coincide.
     ///
     /// Assimp's steps "find degenerates" and "sort by primitive type" have this effect on a skeleton mesh. A triangle
-    /// with two equal corners, which Assimp turns into a line, stays. No skeleton mesh has one.
+    /// with two equal corners, which Assimp turns into a line, stays. No skeleton mesh has such a triangle.
     pub fn find_degenerates(&mut self) {
         let mut replacements = Vec::with_capacity(self.meshes.len());
         let mut meshes = Vec::new();

@@ -28,8 +28,8 @@ const RATES: [f64; 19] = [
 ];
 
 /// The true rate of a motion of `ticks_per_second`, for resampling to `frames_per_second`. A rounded frame time is
-/// corrected only if the frames then coincide, and would not otherwise. For example, 1 / 0.0083333 counts as 120 for
-/// resampling to 30.
+/// corrected only if the correction makes the new frames coincide with old frames. For example, the rate 1 / 0.0083333
+/// counts as 120 for resampling to 30.
 #[doc(hidden)]
 pub fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 {
     let fall_together = |rate: f64| {

@@ -6,8 +6,8 @@ use crate::scene::Scene;
 impl Scene {
     /// Removes meshes whose vertices all have one position, and meshes without vertices.
     ///
-    /// Before: an end site with a zero OFFSET holds a knob of radius 0. After: it holds nothing, and the following
-    /// meshes have new indices. In Assimp this is part of the step "find invalid data".
+    /// Before: an end site with a zero OFFSET holds a knob of radius 0. After: the end site holds nothing, and the
+    /// following meshes have new indices. In Assimp this is part of the step "find invalid data".
     pub fn remove_sizeless_meshes(&mut self) {
         let mut replacements = Vec::with_capacity(self.meshes.len());
         let mut kept = 0;

@@ -23,7 +23,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] if the rate is not possible. [`Code::LimitExceeded`] if the new frames would have more
-    /// values than [`Limits::max_values`] allows. `scene` is unchanged then.
+    /// values than [`Limits::max_values`] allows. After an error, `scene` is unchanged.
     #[doc(hidden)]
     pub fn resample(&mut self, frames_per_second: f64, limits: &Limits) -> Result<()> {
         limits::frame_rate(Code::InvalidValue, frames_per_second)?;
@@ -51,7 +51,7 @@ fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<
             let (positions, scales) = (channel.position_keys.len(), channel.scaling_keys.len());
             [(positions, 3), (channel.rotation_keys.len(), 4), (scales, 3)]
         });
-        // A frame also has a tick.
+        // Each frame also needs one value for its tick.
         let mut values_a_frame = 1;
         for (keys, width) in keys.chain(weights.map(|keys| (keys.len(), 1))) {
             values = values.saturating_add((keys * width) as u64);
@@ -127,7 +127,7 @@ fn resample_animation(
     moments
 }
 
-/// A time as a tick before and after resampling.
+/// A time, as the tick before resampling and the tick after resampling.
 struct Moment {
     old: f64,
     new: f64,

@@ -135,7 +135,7 @@ fn prepend<T: Copy>(keys: &mut Keys<T>, first: T, is_same: impl Fn(T, T) -> bool
         (Some(ticks), values) => {
             let mut later = vec![0.0];
             let mut all = vec![first];
-            // The first value also holds before its tick, starting at the first frame.
+            // Before the first key, a track has the value of this key. So the old first frame gets a key too.
             if ticks[0] > 0.0 {
                 later.push(1.0);
                 all.push(values[0]);
@@ -147,7 +147,7 @@ fn prepend<T: Copy>(keys: &mut Keys<T>, first: T, is_same: impl Fn(T, T) -> bool
     }
 }
 
-/// Moves the vertices to their positions in `pose`, and binds them there.
+/// Moves the vertices to their positions in `pose`, and makes this pose their bind pose.
 fn rebind(mesh: &mut Mesh, pose: &Pose) {
     if mesh.bones.is_empty() {
         return;

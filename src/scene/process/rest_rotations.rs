@@ -26,7 +26,8 @@ pub fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
 /// nor in motion.
 ///
 /// # Errors
-/// A node has different scales along its axes. Along other axes this would not be a scale. `scene` is unchanged then.
+/// A node has different scales along its axes. Relative to rotated axes, these factors would not be scales. After an
+/// error, `scene` is unchanged.
 #[doc(hidden)]
 pub fn set_rest_rotations(scene: &mut Scene, wanted: &[Quat]) -> Result<()> {
     can_zero_rest_rotations(scene)?;

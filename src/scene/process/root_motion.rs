@@ -59,8 +59,8 @@ impl Scene {
         names.find(|name| !is_taken(name)).unwrap_or_default()
     }
 
-    /// Inserts a joint named `Root`, without a transform, as the parent of a node. It takes the index of the node, and
-    /// the following indices increase by one.
+    /// Inserts a joint named `Root`, without a transform, as the parent of a node. The new joint takes the index of the
+    /// node, and the following indices increase by one.
     #[doc(hidden)]
     #[doc(hidden)]
     pub fn insert_root_above(&mut self, below: NodeId) {

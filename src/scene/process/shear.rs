@@ -5,8 +5,8 @@ use glam::{DMat4, Mat4};
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
 
-/// The cosine of the angle between two axes above which a transform has shear. It means 0.006 degrees: matrices that
-/// are printed with few digits have less.
+/// The cosine of the angle between two axes above which a transform has shear. The angle is then 0.006 degrees from a
+/// right angle. Matrices that are printed with few digits have less shear.
 const LEAST: f64 = 1e-4;
 
 /// A scene without shear, and a description of the removed shear.

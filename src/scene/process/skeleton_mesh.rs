@@ -31,7 +31,7 @@ const POINTER_WIDTH: f64 = 0.1;
 const KNOB_RADIUS: f64 = 0.18;
 
 /// The radius of a knob in a group, as a fraction of the diagonal of the box around all such nodes. The distance to a
-/// group has no meaning.
+/// group is arbitrary.
 const LONE_KNOB_RADIUS: f64 = 0.01;
 
 impl Scene {
@@ -95,7 +95,7 @@ impl Scene {
 
 impl Scene {
     /// Removes the meshes, and the original glTF file that a writer would extend. The scene keeps the skeleton and its
-    /// motion. This does the same as the option `skeleton-only` for a scene that was already read.
+    /// motion. The option `skeleton-only` has the same effect at import.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -253,8 +253,8 @@ fn skinned(nodes: &[Node], pieces: &[(usize, Vec<Vec3>)]) -> Mesh {
     whole
 }
 
-/// The general inverse also rounds the last row, which is always 0 0 0 1 for an affine matrix. A minus zero there
-/// stays, because it equals zero and Assimp prints it.
+/// The inverse of an affine matrix. The general inverse also rounds the last row, which is always 0 0 0 1. A minus zero
+/// in this row stays, because it equals zero and Assimp prints it.
 fn affine_inverse(matrix: Mat4) -> Mat4 {
     let mut inverse = matrix.inverse();
     for (axis, last) in std::iter::zip(0..4, [0.0, 0.0, 0.0, 1.0]) {

@@ -36,7 +36,7 @@ pub(super) fn submesh(mesh: &Mesh, faces: &[usize]) -> (Mesh, NewIds) {
     (part, new_ids)
 }
 
-/// The bones that move a vertex with a new id, with the new ids.
+/// The bones that move at least one kept vertex, with the new ids of their vertices.
 pub(super) fn renumbered_bones(bones: &[Bone], new_ids: &NewIds) -> Vec<Bone> {
     let renumbered = bones.iter().map(|bone| {
         let weights = bone.weights.iter().filter_map(|weight| {

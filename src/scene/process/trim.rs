@@ -28,7 +28,7 @@ impl Scene {
             .iter()
             .map(|animation| animation.duration)
             .fold(0.0, f64::max);
-        // NaN means the start, as in a pose.
+        // NaN means the start, as when a pose is sampled.
         let first = first.min(end).max(0.0);
         let last = last.min(end).max(first);
         let has_points = self.has_points();

@@ -31,7 +31,7 @@ macro_rules! rules {
             /// All rules, in the order of the table.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// The number of the rule. It does not change between versions.
+            /// The number of the rule. The number does not change between versions.
             pub const fn number(self) -> u32 {
                 match self { $(Self::$variant => $number,)* }
             }
@@ -51,7 +51,7 @@ rules! {
     4 NodeMeshes "A node's mesh indices are valid, without repeats."
     5 MeshMaterial "A mesh's material index is valid, and the material's texture index is valid."
     6 MeshNormals "A mesh has one normal per vertex, finite and of unit length."
-    7 MeshVertices "A mesh's vertices are finite, and so are its texture coordinates. It has one per vertex, or none."
+    7 MeshVertices "A mesh's vertices and texture coordinates are finite. It has one texture coordinate per vertex, or none."
     8 MeshIndices "A mesh's faces are complete, and their indices refer to its vertices."
     9 BoneNode "A bone states the index and the name of its node, and each node has at most one bone per mesh."
     10 BoneOffset "A bone's offset matrix is finite and can be inverted."
@@ -73,7 +73,7 @@ impl fmt::Display for Rule {
     }
 }
 
-/// The place in a scene that breaks a rule. All numbers are indices.
+/// The place in a scene that breaks a rule. All numbers in it are indices.
 ///
 /// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -135,7 +135,7 @@ impl fmt::Display for Violation {
 }
 
 impl Scene {
-    /// Lists the violations of the rules, in the order of the scene's data. Empty if the scene is valid.
+    /// Lists the violations of the rules, in the order of the scene's data. The list is empty if the scene is valid.
     ///
     /// A place is listed once for each rule, however often it breaks the rule.
     ///

@@ -52,7 +52,7 @@ impl Keys<Vec3> {
     #[doc(hidden)]
     pub fn of_point(values: Vec<Vec3>, ticks: Vec<f64>, frames: usize) -> Self {
         match (ticks.as_slice(), frames) {
-            // Without its tick, the single key would mean a point that never moves.
+            // Without its tick, the single key would mean a point that is always seen and never moves.
             ([_], 2..) => Self {
                 values,
                 ticks: Some(ticks),

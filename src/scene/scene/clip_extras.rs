@@ -1,26 +1,26 @@
-//! What the clips of a glTF file have besides keys: their `extras`, such as events and whether they loop.
+//! The `extras` of the clips of a glTF file: data besides keys, such as events and whether a clip loops.
 
 use serde_json::{Map, Value};
 
 use super::{Animation, Keys, Scene};
 
-/// The keys of times in seconds.
+/// The names of members with a time in seconds.
 const TIMES: [&str; 4] = ["time", "t", "seconds", "timestamp"];
 
-/// The keys of the two ends of a span, in seconds.
+/// The names of members with the two ends of a span, in seconds.
 const SPANS: [(&str, &str); 2] = [("start", "end"), ("startTime", "endTime")];
 
-/// How far, in seconds, a time may be from where it was and be the same: what single precision rounds.
+/// The largest difference in seconds between two times that count as equal: the rounding of single precision.
 const SAME_TIME: f64 = 1e-4;
 
-/// The extras of clips, and what shifts their times.
+/// The extras of clips, and the record of the changes of their times.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[doc(hidden)]
 pub struct ClipExtras {
-    /// Of each animation; null where it has none.
+    /// The extras of each animation; null for an animation without extras.
     values: Vec<Value>,
-    /// Of each animation the time in the file, in seconds, over its ticks. Steps change these keys as they change those
-    /// of morph targets.
+    /// For each animation, the time in the file in seconds, as keys over its ticks. Steps change these keys like the
+    /// keys of morph targets.
     clocks: Vec<Keys<f32>>,
 }
 
@@ -37,7 +37,7 @@ impl ClipExtras {
         &mut self.clocks
     }
 
-    /// How many clips have some.
+    /// The number of clips with extras.
     #[doc(hidden)]
     pub fn count(&self) -> usize {
         self.values.iter().filter(|extras| !extras.is_null()).count()
@@ -45,7 +45,7 @@ impl ClipExtras {
 }
 
 impl Scene {
-    /// Gives an animation, as it was read, the extras of its file.
+    /// Sets the extras of an animation as its file states them.
     #[doc(hidden)]
     pub fn set_clip_extras(&mut self, index: usize, extras: Value) {
         let Some(clip) = self.animations.get(index).filter(|_| !extras.is_null()) else {
@@ -63,8 +63,8 @@ impl Scene {
         own.clocks[index] = clock;
     }
 
-    /// The extras of an animation, with the times of its events where they are now: those under keys such as `time`,
-    /// and from `start` to `end`. An event that is no longer in the clip is left out.
+    /// The extras of an animation. The times of events, under keys such as `time` and from `start` to `end`, are
+    /// converted to the current times of the clip. Events that are no longer in the clip are dropped.
     #[doc(hidden)]
     pub fn clip_extras(&self, index: usize) -> Option<Value> {
         let extras = self
@@ -87,9 +87,9 @@ impl Scene {
     }
 }
 
-/// The first part of a clock in which it goes one way: a clip that is joined to it has times of its own.
+/// The first part of a clock in which the time runs in one direction. Later parts belong to clips that were appended.
 struct Run {
-    /// The time in the file and the time now, in seconds, of each key.
+    /// The time in the file and the current time of each key, in seconds.
     times: Vec<(f64, f64)>,
 }
 
@@ -107,7 +107,7 @@ impl Run {
         })
     }
 
-    /// Where a time is now.
+    /// The current time of an event at `time` in the file; `None` if the event is not in the clip.
     fn at(&self, time: f64) -> Option<f64> {
         let found = self.times.windows(2).find_map(|pair| {
             let [(from, start), (to, end)] = [pair[0], pair[1]];
@@ -125,7 +125,7 @@ impl Run {
         })
     }
 
-    /// Where a span is now, as far as it is in the clip.
+    /// The current span of an event from `from` to `to` in the file, cut to the clip.
     fn span(&self, from: f64, to: f64) -> Option<[f64; 2]> {
         let ends = || self.times.iter().map(|(time, _)| *time);
         let (first, last) = (
@@ -137,7 +137,7 @@ impl Run {
         Some([from.min(to), from.max(to)])
     }
 
-    /// A value with its times where they are now; `None` for an event that is not in the clip.
+    /// A value with its current times; `None` for an event that is not in the clip.
     fn shifted(&self, value: &Value) -> Option<Value> {
         match value {
             Value::Array(items) => Some(items.iter().filter_map(|item| self.shifted(item)).collect()),

@@ -56,7 +56,8 @@ impl Face {
         "neutral",
     ];
 
-    /// VRM 0's names of the VRM 1.0 expressions, except for looks, and for `surprised`, which VRM 0 lacks.
+    /// VRM 0's names of the VRM 1.0 expressions. The look directions are missing, and so is `surprised`, which VRM 0
+    /// lacks.
     #[doc(hidden)]
     pub const OF_VRM0: [(&'static str, &'static str); 13] = [
         ("joy", "happy"),
@@ -101,7 +102,7 @@ impl Face {
     }
 }
 
-/// The name of a shape of ARKit on the other side; of one in the middle its own.
+/// The ARKit shape on the other side of the face; a shape in the middle is its own mirror image.
 fn other_side(name: &str) -> String {
     let sides = [("Left", "Right"), ("Right", "Left"), ("_L", "_R"), ("_R", "_L")];
     let other = sides

@@ -1,4 +1,4 @@
-//! The 52 blend shapes of a face that ARKit measures, by which other programs name their morph targets too.
+//! The 52 blend shapes that ARKit measures on a face. Other programs also name their morph targets after them.
 
 /// The names of ARKit's `ARFaceAnchor.BlendShapeLocation`, in the order of Live Link Face's columns.
 #[doc(hidden)]
@@ -57,8 +57,8 @@ pub const FACE_SHAPES: [&str; 52] = [
     "tongueOut",
 ];
 
-/// The shape of ARKit that a morph target, an expression or a column names: in any case, with `_L` for `Left`, and
-/// behind the name of a mesh (`Head.jawOpen`).
+/// The ARKit shape that a morph target, an expression or a column names. The name may be in any case, may have `_L` for
+/// `Left`, and may follow the name of a mesh (`Head.jawOpen`).
 #[doc(hidden)]
 pub fn face_shape(name: &str) -> Option<&'static str> {
     let last = name.rsplit([':', '|', '/', '.']).next().unwrap_or(name);

@@ -1,6 +1,6 @@
-//! The joints of SMPL, SMPL-H, SMPL-X, SOMA and MHR: names, order, parents and bones. They are facts of the formats.
-//! The tables contain no body model. A motion file does not state bone lengths; without a body, lengths come from
-//! `array_files/proportions.rs` in `mocap-formats`.
+//! The joints of SMPL, SMPL-H, SMPL-X, SOMA and MHR: names, order, parents and bones. These tables are facts of the
+//! formats. The tables contain no body model. A motion file does not state bone lengths; without a body, lengths come
+//! from `array_files/proportions.rs` in `mocap-formats`.
 
 mod mhr;
 
@@ -147,8 +147,8 @@ pub fn smpl(count: usize) -> Option<Vec<Joint>> {
     Some(joints)
 }
 
-/// A row of SOMA's joints: the name, with `*` for the side, the name of the parent, and the bone of the left side. The
-/// flag states whether the set of 30 joints has the joint.
+/// A row of SOMA's joints. It has the name of the joint (with `*` for the side), the name of the parent, and the bone
+/// of the joint on the left side. The flag states whether the set of 30 joints has the joint.
 type Row = (&'static str, &'static str, Option<Bone>, bool);
 
 const SOMA_TRUNK: [Row; 11] = [

@@ -31,7 +31,7 @@ macro_rules! kinds {
             /// All kinds.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// The name in JSON. It does not change between versions.
+            /// The name in JSON. The name does not change between versions.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
@@ -57,7 +57,7 @@ kinds! {
     Units "units" "stated unit of length" "stated units of length"
     /// Joints and markers that move in a clip.
     MovingJoints "moving-joints" "moving joint" "moving joints"
-    /// Joints with a parent joint whose position relative to it changes in a clip.
+    /// Joints whose position relative to their parent joint changes in a clip.
     PositionCurves "position-curves" "curve of a joint's position" "curves of joints' positions"
     /// Joints whose scale changes in a clip.
     ScaleCurves "scale-curves" "curve of a joint's scale" "curves of joints' scales"
@@ -91,7 +91,7 @@ kinds! {
     Springs "springs" "spring chain" "spring chains"
     /// Nodes that follow other nodes by a constraint.
     Constraints "constraints" "node constraint" "node constraints"
-    /// What a VRM states about a character: its gaze, its view in the first person, its toon shading.
+    /// Settings of a VRM character: its gaze, its first-person view, its toon shading.
     CharacterSettings "character-settings" "setting of a character" "settings of a character"
     /// Named times of a recording.
     Events "events" "event" "events"
@@ -153,7 +153,7 @@ impl fmt::Display for DataLoss {
 }
 
 impl DataKind {
-    /// Whether an output without this kind may be motionless.
+    /// Whether this kind is motion, so that an output without it may not move.
     #[doc(hidden)]
     pub const fn is_motion(self) -> bool {
         matches!(

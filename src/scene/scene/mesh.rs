@@ -229,7 +229,7 @@ impl Default for Surface {
             alpha: AlphaMode::Opaque,
             wrap: [Wrap::Repeat; 2],
             metallic: 0.0,
-            // Cloth and skin.
+            // The roughness of cloth and skin.
             roughness: 0.8,
             emissive: Vec3::ZERO,
         }

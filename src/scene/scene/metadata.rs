@@ -1,4 +1,4 @@
-//! The origin of a scene, the decisions about it, and the steps that changed it.
+//! The origin of a scene, the decisions about the scene, and the steps that changed the scene.
 
 mod applied_step;
 mod file_space;
@@ -17,7 +17,7 @@ use super::ledger::DataLoss;
 use super::{Animation, FbxOriginal, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
-/// The origin of a scene, the assumptions of the reader, and the steps that changed it.
+/// The origin of a scene, the assumptions of the reader, and the steps that changed the scene.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -50,7 +50,7 @@ pub struct Metadata {
     /// The fit of a skeleton that was solved from markers.
     #[serde(skip)]
     pub solved: Option<Arc<MarkerSolution>>,
-    /// The extras of its clips.
+    /// The extras of the file's clips.
     #[serde(skip)]
     #[doc(hidden)]
     pub clip_extras: ClipExtras,
@@ -420,7 +420,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// The name in kebab case. It does not change between versions.
+    /// The name in kebab case. The name does not change between versions.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Unit => "unit",

@@ -1,4 +1,4 @@
-//! Properties of a MikuMikuDance model that its motions depend on.
+//! Properties of a MikuMikuDance model that affect its motions.
 
 use serde::{Deserialize, Serialize};
 

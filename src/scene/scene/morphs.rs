@@ -4,7 +4,7 @@ use super::{Keys, Scene};
 
 impl Scene {
     /// The weights of each morph target in all animations, including targets of [`Scene::original`]. The last tracks
-    /// are no weights, but the times of [`clip_extras`](Self::clip_extras).
+    /// are not weights but the times of [`clip_extras`](Self::clip_extras).
     #[doc(hidden)]
     pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
         let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
@@ -25,7 +25,7 @@ impl Scene {
         self.targets_in(animation).chain([clock])
     }
 
-    /// The same of morph targets alone.
+    /// Like [`weights_in`](Self::weights_in), for morph targets without the times of extras.
     fn targets_in(&self, animation: usize) -> impl Iterator<Item = (f32, Option<&Keys<f32>>)> {
         let targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
         let targets = targets.map(move |target| (target.weight, keys_in(&target.weight_keys, animation)));

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use super::{Keys, Mesh, Node, Scene};
 use crate::error::{Code, Diagnostic, Result};
 
-/// The material name of a mesh that draws a skeleton. Losing such a mesh is no loss. Other programs append a number.
+/// The material name of a mesh that draws a skeleton. An output without such a mesh has lost no data. Other programs
+/// append a number to the name.
 #[doc(hidden)]
 pub const SKELETON_MATERIAL: &str = "SkeletonMaterial";
 
 impl Scene {
-    /// The meshes that do not draw a skeleton. This crate or the writer of the file may have drawn it.
+    /// The meshes that do not draw a skeleton. This crate or the program that wrote the file may have drawn the
+    /// skeleton.
     #[doc(hidden)]
     pub fn own_meshes(&self) -> impl Iterator<Item = &Mesh> {
         self.meshes.iter().filter(|mesh| !self.is_drawn_skeleton(mesh))
@@ -25,12 +27,12 @@ impl Scene {
     }
 }
 
-/// The largest difference between a number of a node's transform and the file's, as a rounding error of a change and
-/// its inverse.
+/// The largest difference between a number of a node's transform and the number in the file that counts as rounding,
+/// after a change and its inverse.
 const ROUNDED: f32 = 1e-5;
 
-/// A complete glTF or VRM file with meshes. With it, a glTF output is this file with the animations of the scene, and
-/// everything else stays byte for byte. Without it, the output has only the skeleton.
+/// A complete glTF or VRM file with meshes. If the scene has this file, a glTF output is the file with the animations
+/// of the scene, and everything else stays byte for byte. Otherwise the output has only the skeleton.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -54,14 +56,14 @@ pub struct Original {
     pub morphs: Vec<MorphCurves>,
 }
 
-/// A binary FBX file with meshes, whole. A scene that has it is written as FBX into this file: the clips come from the
-/// scene, and all other elements are kept.
+/// A complete binary FBX file with meshes. An FBX output of the scene is this file with the clips of the scene; all
+/// other elements are kept.
 #[derive(Clone, PartialEq)]
 #[doc(hidden)]
 pub struct FbxOriginal {
     #[doc(hidden)]
     pub bytes: Arc<[u8]>,
-    /// The number among the nodes of the file of each node of the scene.
+    /// For each node of the scene, its index among the nodes of the file.
     #[doc(hidden)]
     pub nodes: Arc<[u32]>,
     /// Whether the clips of the file are kept beside the clips of the scene.
@@ -97,7 +99,7 @@ pub struct MorphCurves {
 pub struct OriginalFile {
     #[doc(hidden)]
     pub bytes: Vec<u8>,
-    /// The companion files to which the file refers, by their names in it.
+    /// The companion files to which the file refers, each with the name by which the file refers to it.
     #[doc(hidden)]
     pub beside: Vec<(String, Vec<u8>)>,
     /// Whether the file states a VRM humanoid.

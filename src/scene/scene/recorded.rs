@@ -34,10 +34,10 @@ pub struct Recording {
     /// after the other. They have the axes and the unit of the file, and NaN for missing values.
     #[serde(skip)]
     pub outputs: Vec<AnalogChannel>,
-    /// Measures of the person that a laboratory's model uses, such as `LKneeWidth`: one value each, in the unit of the
-    /// file or in radians.
+    /// Measures of the person that a laboratory's model uses, such as `LKneeWidth`. Lengths have the unit of the file,
+    /// angles are in radians.
     #[serde(skip)]
-    pub measures: Vec<AnalogChannel>,
+    pub measures: Vec<(String, f64)>,
 }
 
 /// A time with a name, from a person or a program.
@@ -62,7 +62,7 @@ pub struct Event {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AnalogChannel {
-    /// Its label.
+    /// The label of the channel.
     pub name: String,
     /// The unit of the values, as the file states it. May be empty.
     pub unit: String,
@@ -103,7 +103,8 @@ pub struct ForcePlate {
     /// The calibration matrix of types 4 to 7, row by row: 6 x 6, 6 x 8, 12 x 12 or 8 x 8 numbers. For types 4 and 5
     /// the product is force and moment, for types 6 and 7 the sensor values.
     pub calibration: Vec<f64>,
-    /// The first and the last frame, from 0, in which nobody is on the plate. Their mean is subtracted.
+    /// The first and the last frame, from 0, in which nobody is on the plate. The mean of each channel over these
+    /// frames is subtracted from the channel.
     pub zero: Option<[usize; 2]>,
 }
 

@@ -31,11 +31,11 @@ use crate::error::Diagnostic;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Robot {
-    /// The name.
+    /// The name of the robot, as the file states it.
     pub name: String,
     /// The links in depth-first order: the base first, parents before their children.
     pub links: Vec<RobotLink>,
-    /// The format of the file.
+    /// The format of the file from which the robot was read.
     #[serde(with = "crate::scene::format_name")]
     pub format: Option<Format>,
     /// The warnings of the reader.
@@ -59,7 +59,7 @@ pub struct RobotLink {
     pub joint: RobotJoint,
     /// Mass and inertia, if the file states them.
     pub inertial: Option<Inertial>,
-    /// Its geometry.
+    /// The shapes of the link.
     pub shapes: Vec<RobotShape>,
     /// The line of the file, from 1.
     pub line: usize,
@@ -88,9 +88,9 @@ pub enum JointKind {
 /// [`Robot`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotJoint {
-    /// The name.
+    /// The name of the joint.
     pub name: String,
-    /// The kind of motion.
+    /// The kind of motion that the joint allows.
     pub kind: JointKind,
     /// The transform from the link to its parent at joint position 0.
     pub origin: Placement,
@@ -98,12 +98,13 @@ pub struct RobotJoint {
     pub anchor: DVec3,
     /// The unit vector of the axis, in the axes of the link.
     pub axis: DVec3,
-    /// The limits. If other joints follow this one, the limits are narrowed so that the followers stay within theirs.
+    /// The limits. If other joints follow this one, the limits are narrowed so that the followers stay within their own
+    /// limits.
     pub limits: JointLimits,
-    /// The inertia that the motor adds about the axis, in kilogram square metres, or along it, in kilograms. For the
-    /// base, in all directions. MJCF: armature.
+    /// The inertia that the motor adds to the joint: about the axis of a hinge in kilogram square metres, along the
+    /// axis of a slide joint in kilograms. For the base, the value applies in all directions. MJCF: armature.
     pub armature: f64,
-    /// The joint that this joint follows, if it is not free: URDF's mimic.
+    /// The joint that this joint follows; `None` if this joint is free. URDF: mimic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mimic: Option<Mimic>,
 }
@@ -214,7 +215,7 @@ pub enum ShapeKind {
         file: String,
         /// The smallest and the largest vertex coordinates, if the file exists and can be read.
         bounds: Option<[DVec3; 2]>,
-        /// The factors for the coordinates.
+        /// The factors for the vertex coordinates along x, y and z.
         scale: DVec3,
         /// The path of the file, if it exists.
         #[serde(skip)]
@@ -232,7 +233,7 @@ impl Placement {
         translation: DVec3::ZERO,
     };
 
-    /// Combines both: first `inner`, then this placement.
+    /// Combines two placements: first `inner`, then this placement.
     pub fn then(&self, inner: &Self) -> Self {
         Self {
             rotation: (self.rotation * inner.rotation).normalize(),
@@ -329,7 +330,7 @@ impl Inertial {
         found.filter(|(_, half_size)| 2.0 * half_size.max_element() <= Self::LONGEST)
     }
 
-    /// The inertia about the centre of mass, in its axes.
+    /// The inertia about the centre of mass as a matrix, in the axes of `origin`.
     pub fn matrix(&self) -> DMat3 {
         let [xx, yy, zz, xy, xz, yz] = self.inertia;
         DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
@@ -340,7 +341,7 @@ impl Inertial {
         principal(self.matrix()).0
     }
 
-    /// The box of uniform density with this mass and inertia: half its sides, and its axes relative to the link.
+    /// The box of uniform density with this mass and inertia: its placement relative to the link, and half its sides.
     pub fn equivalent_box(&self) -> Option<(Placement, DVec3)> {
         let (moments, axes) = principal(self.matrix());
         let total = moments.element_sum();

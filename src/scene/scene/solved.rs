@@ -25,9 +25,9 @@ pub struct MarkerSolution {
     pub rms_of_seconds: Vec<f64>,
     /// All joints except the root.
     pub joints: Vec<SolvedJoint>,
-    /// Markers that had each other's labels.
+    /// Markers that exchanged their labels.
     pub swaps: Vec<SwappedMarkers>,
-    /// The frames in which too few markers are seen to determine a joint.
+    /// The joints with frames in which too few markers are seen to determine the joint.
     pub filled: Vec<FilledJoint>,
     /// The number of frames that were solved.
     pub frames: usize,
@@ -43,7 +43,7 @@ pub struct SolvedMarker {
     pub label: String,
     /// The landmark, by its name in `docs/markers.md`.
     pub landmark: String,
-    /// The RMS distance in metres from its position on the body.
+    /// The RMS distance in metres of the marker from its position on the body.
     pub rms: f64,
     /// The largest distance in metres.
     pub worst: f64,
@@ -61,18 +61,18 @@ pub struct SolvedMarker {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SolvedJoint {
-    /// Its name.
+    /// The name of the joint.
     pub name: String,
     /// The distance from the parent in metres.
     pub length: f64,
     /// The standard deviation in metres of the position relative to the parent, from the covariance of the fit; `None`
-    /// if it was not fitted.
+    /// if the position was not fitted.
     pub deviation: Option<f64>,
     /// Whether the motion determines the position: the deviation is less than half of the regression's deviation.
     pub is_told: bool,
 }
 
-/// Two markers that had each other's labels.
+/// Two markers that exchanged their labels.
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -86,13 +86,14 @@ pub struct SwappedMarkers {
     pub last: usize,
 }
 
-/// A joint in frames in which a curve through the frames before and after determines its rotation.
+/// A span of frames in which a joint's rotation is interpolated. A curve through the frames before and after the span
+/// determines the rotation.
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FilledJoint {
-    /// Its name.
+    /// The name of the joint.
     pub joint: String,
     /// The first frame.
     pub first: usize,

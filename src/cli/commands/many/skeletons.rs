@@ -1,4 +1,4 @@
-//! What the clips of a folder say of their skeletons: the up axis, if clips agree, and the units.
+//! Facts about skeletons from the clips of a folder: the up axis, if clips agree, and the units.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ pub(super) fn is_doubtful_up(guess: &Assumption) -> bool {
     guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure)
 }
 
-/// The up axis of an output, if it is uncertain from its motion alone.
+/// The up axis of an output, if the motion alone does not determine the axis with certainty.
 pub(super) fn doubtful_up(record: &Record) -> Option<&Assumption> {
     record.guesses.iter().rfind(|guess| is_doubtful_up(guess))
 }
@@ -85,7 +85,8 @@ impl Clips {
         self.up.iter().filter_map(one).collect()
     }
 
-    /// `unit: cm in 12 files, inch in 1 file`. If the outputs keep the units, equal units are not worth a line.
+    /// A line about the units of the files, such as `unit: cm in 12 files, inch in 1 file`. `None` if the outputs keep
+    /// the units, and all units are equal.
     pub(super) fn units(&self, are_kept: bool) -> Option<String> {
         let unit = |(unit, files): (&String, &usize)| {
             let noun = if *files == 1 { "file" } else { "files" };
@@ -94,7 +95,7 @@ impl Clips {
         let units = self.units.iter().map(unit).collect::<Vec<_>>().join(", ");
         match (are_kept, self.units.len()) {
             (true, 2..) => Some(format!(
-                "warning: positions keep the unit of each file: {units}; --out-unit m makes them equal"
+                "warning: positions keep the unit of each file: {units}; --out-unit m writes all positions in metres"
             )),
             (true, _) | (false, 0) => None,
             (false, _) => Some(format!("unit: {units}")),

@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct QuadrupedReport {
-    /// The confidence in front and hind, left and right.
+    /// The confidence in which legs are front legs, and which side is left.
     pub(super) confidence: Confidence,
     pub(super) reason: String,
     /// The part from the pelvis to the head, the tail, and the legs from the trunk to the paw.
@@ -19,7 +19,7 @@ pub(super) struct QuadrupedReport {
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct PartReport {
-    /// Such as `spine` and `leftForeElbow`.
+    /// The name of the part, such as `spine` or `leftForeElbow`.
     pub(super) part: String,
     /// The joints, the nearest to the pelvis first.
     pub(super) joints: Vec<String>,

@@ -1,11 +1,12 @@
-//! The choice of the bit rate.
+//! Tests the choice of the bit rate of a track.
 
 use mocap::compress::Lattice;
 use mocap::glam::{EulerRot, Quat, Vec3};
 use mocap_compress::internals::bit_rate::{may_suffice, quantize, quantize_after, select};
 use mocap_compress::internals::{Compensation, LeverArms, ObjectSpaceTrack, QuantizedRotation};
 
-/// A joint that rotates in the raw clip, its lossy parent, whose rotation is a little off, and its lossy positions.
+/// A joint that rotates in the raw clip, and its lossy parent. The parent's rotation has a small error, and its
+/// positions are lossy.
 fn joint_and_parent(frames: usize) -> (ObjectSpaceTrack, ObjectSpaceTrack, Vec<Vec3>) {
     let rotation = |frame: usize, speed: f32| {
         let angle = frame as f32 * speed;
@@ -41,7 +42,7 @@ fn every_key_is_within_the_tolerance_and_a_lower_bit_rate_is_not() {
     assert!((6..12).contains(&bits), "{bits}");
     let coarser = Lattice::of_filter(bits - 1);
     for (frame, key) in keys.iter().enumerate() {
-        // Where the child should be, and where it is.
+        // The expected and the actual position of the child.
         let arm = arms.arms[0];
         let expected = raw.rotations[frame] * arm;
         let found = lossy_positions[frame] + lossy_parent.rotations[frame] * (key.value.normalize() * arm);
@@ -51,7 +52,7 @@ fn every_key_is_within_the_tolerance_and_a_lower_bit_rate_is_not() {
         quantize(&joint, coarser, &frames, TOLERANCE).is_none() || !may_suffice(&joint, coarser, &frames, TOLERANCE)
     );
 
-    // Keys decoded eight at a time are those decoded alone.
+    // Decoding eight keys at a time gives the same values as decoding each key alone.
     for coarsest in [Lattice::of_filter(4), Lattice::of_filter(12), Lattice::of_steps(300.0)] {
         let (lattice, keys) = select(&joint, coarsest, &frames, TOLERANCE);
         for key in keys {
@@ -64,7 +65,7 @@ fn every_key_is_within_the_tolerance_and_a_lower_bit_rate_is_not() {
         }
     }
 
-    // So does a key that is inserted later.
+    // A key that is inserted later also gives the same value.
     let stored = |keys: &[QuantizedRotation]| keys.iter().map(|key| key.stored).collect::<Vec<_>>();
     let later = quantize_after(&joint, lattice, &[500, 700], &[keys[499], keys[699]], TOLERANCE);
     assert_eq!(stored(&later), [keys[500].stored, keys[700].stored]);

@@ -1,9 +1,9 @@
-//! Curves of Euler angles.
+//! Tests the compression of curves of Euler angles.
 
 use mocap::glam::DVec3;
 use mocap_compress::internals::curves::reduce;
 
-/// A knee, which bends about one axis alone, has keys on that axis alone.
+/// A knee bends about one axis only, so only this axis has keys.
 #[test]
 fn an_axis_that_stays_has_one_key() {
     let values: Vec<DVec3> = (0..50)
@@ -13,11 +13,11 @@ fn an_axis_that_stays_has_one_key() {
     let is_within = |frame: usize, value: DVec3| values[frame].distance(value) <= 10.0;
     let curves = reduce(&values, DVec3::new(2.0, 0.0, 0.0), &ticks, is_within, |_, _| true);
     assert_eq!(curves[0].values, [2.0]);
-    // Half a unit of the parabola's curvature times the square of half the distance of two keys is at most 10.
+    // The error of a line is the curvature times half of the squared half distance of its keys. Here it is at most 10.
     assert_eq!(curves[1].key_frames[..4], [0, 6, 12, 18]);
 }
 
-/// Three.js holds the last value of an axis that has no key where another has one.
+/// Three.js holds the last value of an axis at times at which only other axes have keys.
 #[test]
 fn axes_that_move_have_their_keys_at_the_same_frames() {
     let values: Vec<DVec3> = (0..50)

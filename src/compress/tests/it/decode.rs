@@ -1,4 +1,4 @@
-//! How readers decode keys.
+//! Tests how the library imitates readers that decode keys.
 
 use mocap_compress::internals::slerp_weight;
 use mocap_scene::math::soa::double::{LANES, Lanes};

@@ -1,4 +1,4 @@
-//! Keys that are fitted to tracks.
+//! Tests keys whose values are fitted to a track.
 
 use mocap::compress::{RotationFormat, TranslationFormat};
 use mocap::glam::{Quat, Vec3};
@@ -9,8 +9,8 @@ use mocap_scene::math::quaternion::nlerp;
 
 const FRAMES: usize = 1001;
 
-/// Half a turn may be read as going either way. A bound within which it would be a line is so wide that either way
-/// is within it: their ends are at most twice the chain's length apart.
+/// Half a turn has two possible directions. A line may be half a turn only within a bound that allows both directions:
+/// their ends are at most twice the length of the chain apart.
 #[test]
 fn no_line_is_half_a_turn_where_its_way_matters() {
     let longest = (2.0 * NLERP_SHARE / NLERP_FROM_SLERP).cbrt();
@@ -21,8 +21,9 @@ fn ticks() -> Vec<f64> {
     (0..FRAMES).map(|frame| frame as f64).collect()
 }
 
-/// A line of length `h` with its ends on the parabola `x^2` is off by `h^2 / 4` in its middle. If its ends are as far
-/// below as its middle is above, it is off by `h^2 / 8` at all three points. Within 25, `h` is 10 and 14.1.
+/// A line of length `h` with its ends on the parabola `x^2` has an error of `h^2 / 4` in its middle. If its ends are as
+/// far below the parabola as its middle is above it, the error is `h^2 / 8` at all three points. For a bound of 25, `h`
+/// is 10 and 14.1.
 #[test]
 fn fitted_lines_along_a_parabola_are_longer_by_the_root_of_two() {
     let (ticks, tolerance) = (ticks(), 25.0);
@@ -57,7 +58,7 @@ fn fitted_lines_along_a_parabola_are_longer_by_the_root_of_two() {
     }
 }
 
-/// The angle of a joint with an arm of a metre is a parabola, so that its error is the angle times a metre.
+/// The angle of a joint with an arm of one metre is a parabola, so the error in metres is the error of the angle.
 #[test]
 fn fitted_rotations_are_within_the_tolerance() {
     const FRAMES: usize = 201;
@@ -79,8 +80,8 @@ fn fitted_rotations_are_within_the_tolerance() {
     let targets = joint.all_targets();
     for format in [RotationFormat::Float32, RotationFormat::Int16] {
         let (frames, keys) = fit(&RotationFit::new(&targets, &arms, format, tolerance), ticks);
-        // Lines with ends on the parabola are up to 14.1 frames long, the root of `4 * 1e-3 / 2e-5`; fitted ones
-        // 20.
+        // Lines with ends on the parabola have up to 14.1 frames, the root of `4 * 1e-3 / 2e-5`. Fitted lines have up
+        // to 20 frames.
         assert!(frames.len() <= 12, "{}", frames.len());
         for (pair, key) in std::iter::zip(frames.windows(2), keys.windows(2)) {
             for frame in pair[0]..=pair[1] {

@@ -1,4 +1,4 @@
-//! The choice of key frames.
+//! Tests which frames get a key.
 
 use std::slice;
 

@@ -1,4 +1,4 @@
-//! The measured error of a clip.
+//! Tests the measured error of a compressed clip.
 
 use std::slice;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use mocap_compress::internals::{CompressedTrack, QuantizedRotation, RawClip};
 const FRAMES: usize = 14;
 const LAST: usize = FRAMES - 1;
 
-/// A joint at the origin that rotates about z, by `degrees` over all frames, and its end site, one metre away on
-/// the x axis.
+/// A joint at the origin that rotates about z by `degrees` over all frames. Its end site is one metre away on the x
+/// axis.
 fn rotating(degrees: f32) -> Scene {
     let node = |index: usize| Node {
         name: ["Joint", "End"][index].into(),
@@ -45,7 +45,7 @@ fn rotation(degrees: f32, frame: usize) -> Quat {
     Quat::from_rotation_z((degrees * frame as f32 / LAST as f32).to_radians())
 }
 
-/// The angle at a frame, and at the last frame.
+/// The angle at a frame, and the angle at the last frame.
 fn angles(degrees: f32, frame: usize) -> (f64, f64) {
     let all = f64::from(degrees).to_radians();
     (all * frame as f64 / LAST as f64, all)
@@ -95,8 +95,8 @@ fn measured(degrees: f32, tracks: &[CompressedTrack]) -> Vec<f64> {
     let mut errors = FrameErrors::new(FRAMES);
     measure(&measurement, slice::from_ref(&(0..FRAMES)), &mut errors);
 
-    // Equal bits without wide vectors, and nearly equal in ranges whose lengths are no multiples of the
-    // lanes.
+    // Without wide vectors, the results are equal bit by bit. In ranges whose length is no multiple of the number of
+    // lanes, the results are nearly equal.
     let mut plain = FrameErrors::new(FRAMES);
     measure_lanes(&measurement, slice::from_ref(&(0..FRAMES)), &mut plain);
     assert_eq!(errors.largest, plain.largest);
@@ -108,7 +108,7 @@ fn measured(degrees: f32, tracks: &[CompressedTrack]) -> Vec<f64> {
     errors.largest
 }
 
-/// Within the rounding of 32-bit quaternions: some 1e-7, and as many metres at a distance of one metre.
+/// Compares within the rounding of 32-bit quaternions: some 1e-7 rad, which is some 1e-7 m at a distance of one metre.
 fn assert_near(found: &[f64], expected: impl Fn(usize) -> f64) {
     for (frame, found) in found.iter().enumerate() {
         let expected = expected(frame);
@@ -119,11 +119,11 @@ fn assert_near(found: &[f64], expected: impl Fn(usize) -> f64) {
     }
 }
 
-/// Nlerp moves along the chord and not along the arc: with `A` half the angle between the keys, half the angle at
-/// `alpha` is `a`, where `tan a = alpha sin A / (1 - alpha + alpha cos A)`.
+/// Nlerp moves along the chord, not along the arc. Let `A` be half the angle between the keys. Half the angle at
+/// `alpha` is then `a`, with `tan a = alpha sin A / (1 - alpha + alpha cos A)`.
 #[test]
 fn nlerp_is_the_decoder_with_the_largest_error() {
-    // On both sides of the angle where slerp stops using its series.
+    // The angles are on both sides of the angle below which slerp uses a series.
     for degrees in [12.0, 21.0, 24.0, 100.0, 170.0] {
         let found = measured(
             degrees,
@@ -151,7 +151,7 @@ fn a_length_other_than_1_stretches_for_decoders_that_do_not_normalize() {
     });
 }
 
-/// The end site is a metre away: its error is the angle by which implementations of a decoder may differ.
+/// The end site is one metre away, so its error is the angle by which implementations of a decoder may differ.
 #[test]
 fn ambiguity_counts_as_error() {
     let ambiguous = |frame| (rotation(60.0, frame), if frame == 5 { 3 } else { 0 });

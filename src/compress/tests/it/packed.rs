@@ -1,4 +1,4 @@
-//! The parts of packed clips.
+//! Tests of the parts of packed clips.
 
 mod bits;
 mod sample;

@@ -1,4 +1,4 @@
-//! Packed clips: the bound at every frame, poses between frames, and bytes that are broken.
+//! Packed clips: the bound at every frame, poses between frames, and broken bytes.
 
 use mocap::compress::{ErrorBound, PackedClip};
 use mocap::glam::{DQuat, DVec3, Mat4, Quat, Vec3};
@@ -14,12 +14,12 @@ fn import(file: &str) -> Scene {
     scene
 }
 
-/// The place of every node, in double precision.
+/// The position of every node, in double precision.
 fn places(scene: &Scene, pose: &[Trs]) -> Vec<DVec3> {
     world(scene, pose).into_iter().map(|(place, _)| place).collect()
 }
 
-/// The place of every node, and how it is turned, in double precision.
+/// The position and the rotation of every node, in double precision.
 fn world(scene: &Scene, pose: &[Trs]) -> Vec<(DVec3, DQuat)> {
     let mut world: Vec<(DVec3, DQuat)> = Vec::new();
     for (node, local) in std::iter::zip(&scene.nodes, pose) {
@@ -50,7 +50,7 @@ fn sampled(clip: &PackedClip<'_>, tick: f64) -> Vec<Trs> {
     pose
 }
 
-/// The largest distance of a joint from its place at a tick.
+/// The largest distance of a joint from its expected position at a tick.
 fn error_at(scene: &Scene, clip: &PackedClip<'_>, tick: f64) -> f64 {
     let [expected, found] = [expected(scene, tick), sampled(clip, tick)].map(|pose| places(scene, &pose));
     std::iter::zip(expected, found)
@@ -77,13 +77,13 @@ fn no_joint_is_farther_from_its_place_than_the_bound() {
             }
             assert!(largest <= bound, "{file}: {largest} m at {bound} m");
             assert!((largest - clip.max_error()).abs() < 0.05 * bound, "{file}: {largest}");
-            // Of a few frames the tables are most of it.
+            // In a clip with a few frames, tables take most of the bytes.
             assert!(
                 clip.bytes().len() < bytes.saturating_add(16),
                 "{file}: a larger error takes more bytes"
             );
             bytes = clip.bytes().len();
-            // What it says of the skeleton.
+            // The statements of the clip about the skeleton.
             for (index, node) in scene.nodes.iter().enumerate() {
                 assert_eq!(clip.name(index), node.name);
                 assert_eq!(clip.parent(index), node.parent.map(NodeId::index));
@@ -120,7 +120,7 @@ fn a_shell_keeps_the_bound_too() {
     );
 }
 
-/// Between frames a pose lies between those of the frames, and moments in any order give the same poses.
+/// A pose between two frames lies between the poses of these frames. Sampling in any order gives the same poses.
 #[test]
 fn any_tick_can_be_sampled_in_any_order() {
     let scene = import("cmu_12_01_walk.bvh");
@@ -132,7 +132,8 @@ fn any_tick_can_be_sampled_in_any_order() {
         // The first frame is a T-pose, far from the next.
         let tick = 1.0 + order.below(522 * 4) as f64 / 4.0;
         let error = error_at(&scene, &clip, tick);
-        // The source is interpolated along the arc, which differs from component by component by far less than this.
+        // The source is interpolated along the arc, and the clip component by component. The difference is far below
+        // this limit.
         assert!(error <= 0.00015, "{tick}: {error}");
     }
     for (tick, same) in [
@@ -144,13 +145,13 @@ fn any_tick_can_be_sampled_in_any_order() {
     ] {
         assert_eq!(sampled(&clip, tick), sampled(&clip, same), "{tick}");
     }
-    // A list that is too short is filled.
+    // A list that is too short is extended.
     let mut short = [Trs::IDENTITY; 3];
     clip.sample(77.0, &mut short);
     assert_eq!(short[..], sampled(&clip, 77.0)[..3]);
 }
 
-/// A chain of joints with keys at any ticks.
+/// A chain of joints with keys at the given ticks.
 fn chain(ticks: &[f64], turn: impl Fn(usize, f64) -> Quat) -> Scene {
     let mut scene = Scene::default();
     let mut animation = Animation {
@@ -183,7 +184,7 @@ fn chain(ticks: &[f64], turn: impl Fn(usize, f64) -> Quat) -> Scene {
     scene
 }
 
-/// Joints that turn all the way round, so that the component that is not stored changes within a block.
+/// Joints that rotate by full turns, so that the dropped component changes within a block.
 #[test]
 fn joints_that_turn_round_and_keys_at_any_tick_keep_the_bound() {
     let turning = |index: usize, tick: f64| Quat::from_rotation_y((tick * 0.07 * (1.0 + index as f64)) as f32);
@@ -214,7 +215,7 @@ fn a_clip_without_motion_has_its_pose() {
     assert_eq!(missing.code(), Code::Unrepresentable);
 }
 
-/// An error, or a clip that can be sampled.
+/// Whether the bytes give an error, or a clip that can be sampled.
 fn survives(bytes: &[u8]) -> bool {
     let Ok(clip) = PackedClip::new(bytes) else { return false };
     for tick in [0.0, 1.3, 63.9, 64.0, f64::MAX, f64::NAN, clip.duration()] {
@@ -264,13 +265,14 @@ fn broken_bytes_are_refused_or_harmless() {
     );
 }
 
-/// A clip is read as any other file: the same skeleton, and at every frame the pose that is sampled from the clip.
+/// A clip is read like any other file: it has the same skeleton, and every frame has the pose that is sampled from the
+/// clip.
 #[test]
 fn a_packed_clip_is_an_input() {
     for (file, bound) in [("cmu_12_01_walk.bvh", 0.001), ("kinect_openni.bvh", 0.00002)] {
         let source = import(file);
         let clip = PackedClip::encode(&source, 0, bound).unwrap();
-        // The bytes say what they are, whatever the file is called.
+        // The bytes determine the format, whatever the name of the file is.
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
         let read = importer.read(clip.bytes(), "walk").unwrap();
         assert_eq!(read.metadata.format, Some(Format::Mclip));
@@ -294,7 +296,7 @@ fn a_packed_clip_is_an_input() {
     }
 }
 
-/// A clip of a chain, small enough to damage in every place.
+/// A clip of a chain, small enough to damage every byte.
 fn small_clip() -> Vec<u8> {
     let mut ticks: Vec<f64> = (0..70).map(f64::from).collect();
     ticks.insert(3, 2.5);
@@ -394,6 +396,6 @@ fn what_a_damaged_file_says_names_the_place() {
     assert_eq!(
         said(&|bytes| bytes[24..32].copy_from_slice(&1e9f64.to_le_bytes())),
         "walk.mclip: error[invalid-clip]: the duration does not match the frames; \
-         expected from 69 to less than a tick more; found 1000000000"
+         expected at least 69, and less than 1 above it; found 1000000000"
     );
 }

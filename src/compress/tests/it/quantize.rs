@@ -1,10 +1,10 @@
-//! Quantized rotations as meshoptimizer decodes them.
+//! Tests that quantized rotations are decoded as meshoptimizer decodes them.
 
 use mocap::compress::{Lattice, RotationFormat};
 use mocap::glam::Quat;
 use mocap_compress::internals::{INT16_MAX, QuantizedRotation};
 
-/// Up to the stated ambiguity.
+/// The decoded values agree up to the stated ambiguity.
 #[test]
 fn the_filter_decodes_as_meshoptimizer_does() {
     let mut seed = 1u32;
@@ -16,7 +16,7 @@ fn the_filter_decodes_as_meshoptimizer_does() {
         let mut previous: Option<QuantizedRotation> = None;
         for _ in 0..1000 {
             let rotation = Quat::from_xyzw(random(), random(), random(), random()).normalize();
-            // Every other one near the one before, so that the dropped component is not always the largest.
+            // Every second rotation is near the previous one, so that the dropped component is not always the largest.
             let near = |previous: QuantizedRotation| (previous.value + rotation * 0.05).normalize();
             let rotation = previous.filter(|_| random() < 0.5).map_or(rotation, near);
             let quantized =

@@ -1,4 +1,5 @@
-//! The cheapest sequence of corners.
+//! Tests the search for the cheapest sequence of rounded values. A corner is one of the rounded values around a
+//! rotation.
 
 use mocap_compress::internals::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 use mocap_scene::math::soa::single::{LANES, Lanes};
@@ -25,7 +26,7 @@ fn the_cheapest_sequence_is_found() {
             let numbers: [f32; LANES] = std::array::from_fn(|_| (random() * 20.0).floor() + 245.0);
             Lanes::of(|lane| numbers[lane])
         });
-        // Two corners for each frame, so that there are few enough sequences to try them all.
+        // There are two corners for each frame, so that all sequences can be tried.
         let choices: [[usize; 2]; LANES] =
             std::array::from_fn(|_| [(random() * 4.0) as usize, 4 + (random() * 4.0) as usize]);
         let distortions: [Lanes; LANES] = std::array::from_fn(|lane| {

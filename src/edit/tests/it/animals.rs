@@ -1,4 +1,4 @@
-//! Steps on an animal on four legs.
+//! Tests of steps on an animal on four legs.
 
 use mocap::edit::{FootLockOptions, Mirror, Step, StepInput, foot_lock};
 use mocap::glam::Vec3;
@@ -29,7 +29,7 @@ fn places(scene: &Scene, names: [&str; 4]) -> Vec<[Vec3; 4]> {
     (0..motion.frame_count()).map(frame).collect()
 }
 
-/// The paws to the left of, above and in front of the middle of hips and shoulders, in each frame.
+/// The positions of the paws relative to the midpoint of hips and shoulders: left, up and forward, in each frame.
 fn paws_of_trunk(scene: &Scene) -> Vec<[Vec3; 4]> {
     let frames = places(scene, HIPS).into_iter().zip(places(scene, PAWS));
     let of_frame = |(hips, paws): ([Vec3; 4], [Vec3; 4])| {

@@ -1,4 +1,4 @@
-//! Tests of shifts that are completed between contacts, and of envelopes.
+//! Tests how a foot lock completes shifts between two contacts, and smooth curves above given values.
 
 use mocap::glam::Vec3;
 use mocap_edit::internals::{complete, envelope, filled};

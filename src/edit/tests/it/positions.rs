@@ -57,7 +57,8 @@ pub(crate) fn exact_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
 #[track_caller]
 pub(crate) fn assert_bones_keep_their_lengths(before: &Scene, after: &Scene) {
     let (before_at, after_at) = (exact_positions(before), exact_positions(after));
-    // A moving node carries the figure, or its bone changes length in the file itself.
+    // A node whose position changes carries the figure, or is the end of a bone that changes its length in the file
+    // itself.
     let moving = before.animations[0]
         .channels
         .iter()

@@ -1,4 +1,4 @@
-//! Interprets four standing legs: front and hind, left and right, neck, head and tail.
+//! Decides which of four standing legs are front legs, and which are left. Also finds neck, head and tail.
 
 use std::collections::BTreeMap;
 

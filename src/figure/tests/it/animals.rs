@@ -1,4 +1,4 @@
-//! The rest pose alone tells animals from people in long clothes: no joint has the name of a bone.
+//! The rest pose alone distinguishes animals from people in long clothes. No joint has the name of a bone.
 
 use mocap::figure::{Creature, Humanoid, HumanoidBone};
 use mocap::glam::{Quat, Vec3};
@@ -36,7 +36,7 @@ pub(crate) const CAT: [Joint; 26] = [
     ("Bone.013_end", Some(24), [-1.53, -0.02, 0.52]),
 ];
 
-/// Where the joints of Quaternius' dog (CC0) are, which has the tree of the cat and stands in a step.
+/// The positions of the joints of Quaternius' dog (CC0). The dog has the tree of the cat, and stands in a step.
 pub(crate) const DOG: [[f32; 3]; 26] = [
     [0.2, 0.0, -0.31],
     [-1.37, 2.69, -0.31],
@@ -66,7 +66,7 @@ pub(crate) const DOG: [[f32; 3]; 26] = [
     [-0.33, 0.21, 0.32],
 ];
 
-/// Quaternius' llama (CC0), whose hind legs have the names of legs: the feet follow the shins that end at them.
+/// Quaternius' llama (CC0). Its hind legs have the names of legs: the feet are children of the shins that end at them.
 pub(crate) const LLAMA: [Joint; 27] = [
     ("Armature", None, [0.0, 0.0, 0.0]),
     ("root", Some(0), [0.0, 0.0, 0.0]),
@@ -97,7 +97,7 @@ pub(crate) const LLAMA: [Joint; 27] = [
     ("BackFoot.L", Some(1), [0.61, 0.08, -1.39]),
 ];
 
-/// A person in an I-pose, without names, in a skirt and a cape that reach the ground.
+/// A person in an I-pose, without names. The person wears a skirt and a cape that reach the ground.
 pub(crate) const PERSON: [Joint; 28] = [
     ("J00", None, [0.0, 0.95, 0.0]),
     ("J01", Some(0), [0.0, 1.10, 0.0]),
@@ -141,7 +141,7 @@ fn a_cat_and_a_dog_without_names_stand_on_four_legs() {
     }
 }
 
-/// On straight legs and arms, with the trunk level.
+/// A posture on straight legs and arms, with a level trunk.
 fn on_four_legs(seconds: f32) -> Posture {
     let step = 0.2 * (4.0 * seconds).sin();
     let down = Vec3::new(0.0, -1.0, step);
@@ -160,8 +160,9 @@ fn on_four_legs(seconds: f32) -> Posture {
     }
 }
 
-/// A dog of Tencent's lifelike-agility-and-play (MIT) has front legs of 0.78 of its hind legs, bones along one axis at
-/// rest, and no joint with a name. Arms of 0.65 of the legs are those of a person.
+/// A dog of Tencent's lifelike-agility-and-play (MIT). Its front legs have 0.78 of the length of its hind legs, its
+/// bones lie along one axis at rest, and its joints have no names. If the ratio were 0.65, the front legs could be the
+/// arms of a person.
 #[test]
 fn who_walks_on_four_legs_without_names_is_an_animal() {
     let body = bvh(on_four_legs, Quat::IDENTITY, 0.0);
@@ -195,7 +196,7 @@ fn a_person_in_long_clothes_is_no_animal() {
     assert_eq!(found.missing(), []);
 }
 
-/// KayKit's mannequin (Kay Lousberg, CC0): a large head, short legs and long feet, in a T-pose.
+/// KayKit's mannequin (Kay Lousberg, CC0) in a T-pose. It has a large head, short legs and long feet.
 #[test]
 fn a_mannequin_with_short_legs_is_no_bird() {
     let side = |x: f32, first: usize| {

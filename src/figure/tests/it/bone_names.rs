@@ -1,10 +1,10 @@
-//! Names of bones in other programs.
+//! Tests the names that other programs have for bones.
 
 use mocap::figure::{BoneNames, HumanoidBone};
 
 #[test]
 fn every_bone_has_a_row_and_no_name_is_given_twice() {
-    // Mixamo's skeletons have every bone but the jaw.
+    // Mixamo's skeletons have every bone except the jaw.
     for bone in HumanoidBone::ALL {
         let has_name = BoneNames::Mixamo.name_of(*bone).is_some();
         assert_eq!(has_name, *bone != HumanoidBone::Jaw, "{bone:?}");
@@ -19,7 +19,8 @@ fn every_bone_has_a_row_and_no_name_is_given_twice() {
     }
 }
 
-/// As Unity's `HumanBodyBones` and Godot's `SkeletonProfileHumanoid` list them: they differ in the thumbs alone.
+/// The names as Unity's `HumanBodyBones` and Godot's `SkeletonProfileHumanoid` list them. They differ only in the
+/// thumbs.
 #[test]
 fn engines_count_the_joints_of_thumbs_differently() {
     let thumb = [

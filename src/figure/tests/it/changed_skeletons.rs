@@ -1,5 +1,5 @@
-//! Bones of skeletons to which other programs have added joints: nameless ones, halves of bones, twist joints. The
-//! skeletons are those of `fixtures/skeletons/truth.json`, and so are the bones.
+//! Bones of skeletons to which other programs have added joints: joints without names, halves of bones, twist joints.
+//! The skeletons and their bones come from `fixtures/skeletons/truth.json`.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,12 @@ use crate::humanoid::import;
 use crate::sample::Sample;
 use crate::truth::truth;
 
-/// A joint to put between a node and its parent: its name, and where it is, as a share of the path from the parent.
+/// A joint to insert between a node and its parent: its name, and its position as a fraction of the path from the
+/// parent.
 type InsertedJoint = (String, f32);
 
-/// The skeleton with a joint above some nodes, without its motion.
+/// A copy of the scene's skeleton without the motion. Each node for which `insert` gives a joint has this joint as its
+/// parent.
 fn with_joints(scene: &Scene, insert: impl Fn(&Scene, usize) -> Option<InsertedJoint>) -> Scene {
     let mut made = Scene {
         metadata: scene.metadata.clone(),
@@ -56,7 +58,7 @@ fn a_joint_that_holds_the_face_is_not_the_head() {
     assert_eq!(scene.nodes[head.index()].name, "spine.006");
 }
 
-/// Bones that are right of all, and wrong ones that are said to be sure.
+/// The number of right bones, the number of all bones, and the wrong bones with the confidence `Sure`.
 fn compare(truth: &Value, scene: &Scene, renamed: &BTreeMap<String, String>) -> (usize, usize, Vec<String>) {
     let found = Humanoid::of(scene);
     let (mut right, mut all, mut sure) = (0, 0, Vec::new());
@@ -80,7 +82,8 @@ fn compare(truth: &Value, scene: &Scene, renamed: &BTreeMap<String, String>) -> 
     (right, all, sure)
 }
 
-/// Of all humanoids, changed by `change`: at least 99 of 100 bones are right, and one is sure and wrong at most.
+/// Applies `change` to all humanoids. At least 99 of 100 bones must be right, and at most one bone may be sure and
+/// wrong.
 fn bones_stay(what: &str, change: impl Fn(&Value, Scene, &mut BTreeMap<String, String>) -> Scene) {
     let (mut right, mut all, mut sure) = (0, 0, Vec::new());
     for (file, truth) in truth() {
@@ -103,13 +106,13 @@ fn bones_stay(what: &str, change: impl Fn(&Value, Scene, &mut BTreeMap<String, S
     assert!(sure.len() <= 1, "{what}: {sure:?}");
 }
 
-/// The bone of a joint by the truth, on either side, without the side.
+/// The bone that the truth gives for a joint on either side, without the side.
 fn bone_of(truth: &Value, name: &str) -> Option<String> {
     let (bone, _) = truth["map"].as_object()?.iter().find(|(_, joint)| **joint == name)?;
     Some(bone.trim_start_matches("left").trim_start_matches("right").to_owned())
 }
 
-/// Whether a node is the next bone of a limb: what is inserted above it is within the bone.
+/// Whether a node is the next bone of a limb. A joint that is inserted above such a node is within a bone.
 fn ends_a_long_bone(truth: &Value, scene: &Scene, index: usize) -> bool {
     let node = &scene.nodes[index];
     let above = node.parent.map(|parent| scene.nodes[parent.index()].name.as_str());
@@ -151,7 +154,7 @@ fn a_nameless_joint_that_carries_a_bone_is_not_that_bone() {
     });
 }
 
-/// Halves of bones, and joints that take a part of a twist, near and far. Every second is tried, of both kinds one.
+/// Halves of bones, and twist joints, near the beginning and near the end of a bone. The test tries every second case.
 #[test]
 fn a_part_of_a_bone_is_not_the_bone() {
     let parts = [
@@ -173,7 +176,7 @@ fn a_part_of_a_bone_is_not_the_bone() {
     }
 }
 
-/// The ball of the foot is called so by some.
+/// Some programs call the ball of the foot a forefoot.
 #[test]
 fn a_forefoot_is_not_the_foot() {
     bones_stay("forefoot", |truth, mut scene, renamed| {
@@ -191,8 +194,8 @@ fn a_forefoot_is_not_the_foot() {
     });
 }
 
-/// The OFFSET of the hips is where somebody stood: 4.5 m from the origin, and more. Nodes above them, as in FBX, place
-/// the figure too.
+/// The OFFSET of the hips is the place where a person stood, 4.5 m or more from the origin. In FBX, nodes above the
+/// hips also place the figure.
 #[test]
 fn hips_far_from_the_root_are_those_of_a_body() {
     for above in [&["joint_Root"][..], &["joint_Root", "Armature", "RootNode"]] {

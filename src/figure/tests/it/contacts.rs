@@ -1,4 +1,4 @@
-//! The rule of contacts.
+//! Tests the rule by which a contact begins and ends.
 
 use mocap_figure::contacts::ContactRule;
 
@@ -22,7 +22,7 @@ fn it_takes_more_to_leave_than_to_stay_away() {
 #[test]
 fn short_gaps_close_and_short_contacts_go() {
     let parse = |text: &str| text.chars().map(|c| c == '#').collect::<Vec<_>>();
-    // At one frame a second: gaps below 3 frames close, and contacts below 4 go.
+    // At one frame per second, the rule closes gaps below 3 frames, and drops contacts below 4 frames.
     let rule = ContactRule {
         gap: 3.0,
         shortest: 4.0,

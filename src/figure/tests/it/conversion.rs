@@ -1,4 +1,4 @@
-//! `Conversion`, and that written files say what it guessed.
+//! `Conversion`, and its guesses in written files.
 
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::figure::{Figure, Survey, Unit};
@@ -26,7 +26,7 @@ fn the_default_brings_metres_and_says_what_it_guessed() {
     let source = import("cmu_short.bvh");
     let mut scene = source.clone();
     let assumptions = Conversion::new().apply(&mut scene).unwrap();
-    // The first frame is a rest pose, which is said although it is kept.
+    // The first frame is a rest pose. The conversion reports this, although it keeps the frame.
     let expected = [(Topic::FirstFrame, "rest-pose"), (Topic::Unit, "cmu"), (Topic::Up, "y")];
     let found: Vec<_> = assumptions.iter().map(|one| (one.topic, &*one.choice)).collect();
     assert_eq!(found, expected);
@@ -86,7 +86,7 @@ fn what_is_named_is_not_guessed() {
     let mut scene = import("lecture_Test.bvh");
     let named = Conversion::new().metres_per_unit(0.5).up(UpAxis::Z);
     assert_eq!(topics(&named, &mut scene), []);
-    // The shoulder of frame n is at (0.1 (n + 1), 0.02 n, 0): half of it, and y to -z.
+    // The shoulder of frame n is at (0.1 (n + 1), 0.02 n, 0). The conversion halves it and turns y to -z.
     let last = scene.animations[0].channels[0].position_keys.values[9];
     assert!(last.abs_diff_eq(Vec3::new(0.5, 0.0, -0.09), 1e-6), "{last}");
 
@@ -103,7 +103,7 @@ fn units_that_are_kept_stay_unknown() {
     assert!(std::mem::take(&mut scene.metadata.keeps_unknown_unit));
     assert_eq!(scene, source);
 
-    // What is named is stated from then on, and no number changes.
+    // A stated value is recorded, and no number changes.
     let kept = Conversion::new().keep_units(true);
     let mut named = source.clone();
     assert_eq!(
@@ -116,7 +116,7 @@ fn units_that_are_kept_stay_unknown() {
     );
     assert_eq!((&named.nodes, &named.animations), (&source.nodes, &source.animations));
 
-    // One of the two can be converted alone, and only that is guessed.
+    // The unit or the axis can be converted alone. Then only this value is guessed.
     let mut turned = source.clone();
     let guessed = topics(&kept.clone().up(UpAxis::Z).out_up(UpAxis::Y), &mut turned);
     assert_eq!(guessed, []);
@@ -144,11 +144,11 @@ fn the_unit_and_the_up_axis_of_the_output_are_those_asked_for() {
         )
     };
     let named = || Conversion::new().metres_per_unit(0.01).up(UpAxis::Y);
-    // Two of its units are 2 cm.
+    // Two of the output's units are 2 cm.
     let (shoulder, elbow) = last(named().out_metres_per_unit(0.001).out_up(UpAxis::Z));
     assert!(shoulder.abs_diff_eq(Vec3::new(10.0, 0.0, 1.8), 1e-5), "{shoulder}");
     assert_eq!(elbow, 20.0);
-    // A file with +Z up stays as it is.
+    // A file with +Z up does not change.
     let (shoulder, _) = last(Conversion::new().metres_per_unit(1.0).up(UpAxis::Z).out_up(UpAxis::Z));
     assert_eq!(shoulder, Vec3::new(1.0, 0.18, 0.0));
     for wrong in [0.0, f64::NAN] {
@@ -177,14 +177,14 @@ fn the_ground_is_found_where_z_is_up_too() {
     assert_eq!(scene.metadata.up, Some(UpAxis::Z));
 }
 
-/// The file's frame time is .0083333, which means 1/120.
+/// The frame time of the file is .0083333, a rounded 1/120.
 #[test]
 fn the_rate_that_was_meant_is_said_where_it_is_taken() {
     let rate = |frames_per_second: f64| {
         let mut scene = import("cmu_short.bvh");
         let conversion = Conversion::new().frame_rate(frames_per_second);
         let assumptions = conversion.apply(&mut scene).unwrap();
-        // The step says it to readers of the output.
+        // The recorded step tells readers of the output.
         let recorded = scene.metadata.assumptions.iter();
         assert!(recorded.clone().all(|assumption| assumption.topic != Topic::FrameRate));
         let said = assumptions.into_iter().find(|one| one.topic == Topic::FrameRate);
@@ -193,7 +193,7 @@ fn the_rate_that_was_meant_is_said_where_it_is_taken() {
     let meant = "frame-rate: 120, because the frame time 0.008333300 is 1/120 rounded to 7 decimals (sure)";
     assert_eq!(rate(30.0), (Some(meant.to_owned()), 19));
     assert_eq!(rate(24.0), (Some(meant.to_owned()), 15));
-    // The frames of 50 a second fall between those of either.
+    // At 50 per second, most frames fall between two frames of the file, whether its rate is 120 or 1/.0083333.
     assert_eq!(rate(50.0), (None, 31));
 }
 
@@ -225,7 +225,7 @@ fn frames_are_named_by_their_numbers_in_the_file() {
         ),
         (1, 4)
     );
-    // The rest pose is taken before the frames before it are gone.
+    // The rest pose is taken from frame 1, before this frame is trimmed.
     let (_, _, scene) = at(new().rest(RestPoseSource::Frame(1)).trim(Moment::Frame(3), None));
     assert!((scene.nodes[0].transform.w_axis.x - 0.2).abs() < 1e-6);
 }
@@ -304,7 +304,7 @@ fn writing_what_is_not_in_metres_gives_a_warning() {
     assert_eq!(warnings(&scene), []);
 }
 
-/// What is exported is in the report too.
+/// The report also has the warnings of the export.
 #[test]
 fn an_export_returns_its_warnings() {
     let folder = tempfile::tempdir().unwrap();
@@ -316,7 +316,8 @@ fn an_export_returns_its_warnings() {
     }
 }
 
-/// The reason names what is missing: a head alone shows no axis, nor do feet, nor a head that is where the feet are.
+/// The reason names the missing part. Three bodies show no axis: a head alone, feet alone, and a head at the position
+/// of the feet.
 #[test]
 fn an_up_axis_that_nothing_shows_says_why() {
     let reason = |joints: &[(&str, f32)]| {
@@ -341,7 +342,7 @@ fn an_up_axis_that_nothing_shows_says_why() {
     assert_eq!(reason(&feet), "no joint is called head, and most files are Y up");
     assert_eq!(
         with_head(-8.0, &feet),
-        "the head and the feet are at one point, and most files are Y up"
+        "the head and the feet are at the same point, and most files are Y up"
     );
     let found = with_head(6.0, &feet);
     assert!(
@@ -360,7 +361,7 @@ fn a_survey_knows_what_the_file_states() {
     assert_eq!(found.assumption(Topic::Unit), None);
 }
 
-/// The names of its sides are those of whoever looks at the camera's picture.
+/// In this file, the sides in the joint names are the sides in a camera's picture, so left and right are exchanged.
 #[test]
 fn names_of_the_wrong_side_are_said() {
     let mut scene = import("kinect_openni.bvh");

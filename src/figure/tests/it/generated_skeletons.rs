@@ -1,4 +1,5 @@
-//! Two hundred generated bodies without names: children to giants, T-, A- and zero rest poses, twist joints, any unit.
+//! Two hundred generated bodies without names: children to giants, T-poses, A-poses and zero rest poses, twist joints,
+//! any unit.
 
 use mocap::Scene;
 use mocap::figure::{Confidence, Humanoid, HumanoidBone as Bone, Side};
@@ -26,7 +27,7 @@ impl Random {
     }
 }
 
-/// A joint of a body that stands in the pose of its motion: where it is, and what it is.
+/// A joint of a body: its bone, and its position in the pose of the motion, in which the body stands.
 struct Joint {
     at: Vec3,
     bones: Vec<Bone>,
@@ -51,7 +52,7 @@ impl Joint {
         }
     }
 
-    /// Joints one below the other.
+    /// Joints as a chain of parents and children.
     fn chain(joints: Vec<Self>) -> Self {
         let mut joints = joints.into_iter().rev();
         let mut below = joints.next().unwrap();
@@ -67,7 +68,7 @@ fn on(bone: Bone, side: Side) -> Bone {
     if side == Side::Left { bone } else { bone.mirrored() }
 }
 
-/// A body in metres, +Y up, that looks along +Z.
+/// A body in metres with +Y up that faces +Z.
 fn body(random: &mut Random, arms_down: f32) -> Joint {
     let height = random.between(0.9, 2.4);
     let has_twists = random.chance(0.4);
@@ -193,7 +194,7 @@ fn body(random: &mut Random, arms_down: f32) -> Joint {
     hips
 }
 
-/// A scene of a body, and which node is which bone.
+/// A scene of a body, with the bone of each node.
 #[derive(Default)]
 struct GeneratedBody {
     scene: Scene,
@@ -203,7 +204,8 @@ struct GeneratedBody {
 }
 
 impl GeneratedBody {
-    /// Adds a joint. Where `laid` is given, bones of unbranched chains lie along it at rest, and a motion sets them up.
+    /// Adds a joint. With `laid`, the bones of unbranched chains lie along this direction at rest, and the motion sets
+    /// them upright.
     fn add(&mut self, joint: &Joint, parent: Option<(usize, Vec3)>, laid: Option<Vec3>) {
         let index = self.scene.nodes.len();
         let only = match joint.children.as_slice() {
@@ -262,7 +264,7 @@ impl GeneratedBody {
     }
 }
 
-/// Scales a body and turns it: another unit, another up axis, another facing.
+/// Scales and rotates a body, for another unit, another up axis and another facing.
 fn placed(joint: &mut Joint, turn: Quat, unit: f32) {
     joint.at = turn * joint.at * unit;
     for child in &mut joint.children {

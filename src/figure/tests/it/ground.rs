@@ -1,4 +1,4 @@
-//! The ground, by laws that hold for every motion, and on feet whose floor is known.
+//! The ground: laws that hold for every motion, and feet on a known floor.
 
 use glam::Vec3;
 use mocap::Importer;
@@ -7,7 +7,7 @@ use mocap::scene::{Scene, UpAxis};
 use mocap_figure::ground::{height_drift, levels};
 use mocap_scene::process::convert_units_to;
 
-/// Clips of ten makers, in which somebody stands, walks, dances, shuffles or jumps.
+/// Clips of ten makers, in which a person stands, walks, dances, shuffles or jumps.
 const CLIPS: [&str; 10] = [
     "cmu_12_01_walk",
     "cmu_mixed_rotation_orders",
@@ -21,10 +21,10 @@ const CLIPS: [&str; 10] = [
     "z_up_dab",
 ];
 
-/// The largest change of the ground, in metres.
+/// The largest allowed change of the ground, in metres.
 const SAME: f64 = 0.01;
 
-/// A BVH file: what stands before its rows, with the rate taken out, and its rows.
+/// A BVH file: the text before its rows, with the frame rate separate, and its rows.
 struct Bvh {
     head: String,
     seconds: f64,
@@ -54,7 +54,7 @@ impl Bvh {
         Importer::new().read(text.as_bytes(), "in.bvh").unwrap()
     }
 
-    /// For each value of a row its channel, and the number of the OFFSET on its axis.
+    /// For each value of a row: its channel, and the OFFSET of the joint along the channel's axis.
     fn channels(&self) -> Vec<(&str, f64)> {
         let mut words = self.head.split_whitespace();
         let (mut offset, mut channels) = (Vec::new(), Vec::new());
@@ -76,7 +76,7 @@ impl Bvh {
         self.channels().iter().map(value).collect()
     }
 
-    /// The motion as a mirror shows it.
+    /// The mirror image of the motion.
     fn mirrored(&self) -> Self {
         let mut words = Vec::new();
         for line in self.head.lines() {
@@ -106,7 +106,7 @@ impl Bvh {
     }
 }
 
-/// Three positions that look like noise, with a standard deviation of 1.
+/// Three offsets that look like noise, with a standard deviation of 1.
 fn noise(frame: usize) -> [f64; 3] {
     [12.9898, 78.233, 37.719].map(|seed| {
         let unit = ((frame as f64 + 1.0) * seed).sin() * 43758.5453;
@@ -181,14 +181,14 @@ fn what_changes_no_floor_changes_no_ground() {
     }
 }
 
-/// Two feet that walk on a floor at 5 cm, 25 frames a second, with a stance of so many frames on another level.
+/// Two feet that walk on a floor at 5 cm, at 25 frames per second. One stance of `stance` frames is at another level.
 fn walk(stance: usize, level: f32) -> Vec<Vec<Vec3>> {
     let mut feet = vec![Vec::new(), Vec::new()];
     for step in 0..20 {
         let frames = if step == 10 { stance } else { 0 };
         let stands = 0.6 * step as f32;
         for frame in 0..frames {
-            // A foot that stands trembles.
+            // A foot in stance trembles.
             let tremble = 0.0005 * (frame % 2) as f32;
             feet[step % 2].push(Vec3::new(stands, level + tremble, 0.0));
             feet[1 - step % 2].push(Vec3::new(stands - 0.6, level + tremble, 0.2));
@@ -209,7 +209,7 @@ fn a_long_stance_counts_as_a_step() {
         let found = levels(&[walk(stance, level)], Vec3::Y, 1.0, 25.0)[0].unwrap();
         assert!((found - 0.05).abs() < 0.005, "{stance} frames at {level} m: {found} m");
     }
-    // Nobody moves: the ground is where the feet are.
+    // Nothing moves, so the ground is at the feet.
     let still = vec![vec![Vec3::new(0.0, 0.3, 0.0); 50]; 2];
     assert_eq!(levels(&[still], Vec3::Y, 1.0, 25.0), [Some(0.3)]);
 }

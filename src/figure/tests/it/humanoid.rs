@@ -1,4 +1,4 @@
-//! Which joint is which bone, against `fixtures/skeletons/truth.json`, which was made by hand.
+//! The bones of joints, compared with `fixtures/skeletons/truth.json`, which was made by hand.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::truth::truth;
 
-/// Reads a file of the truth. Where its motion is refused, the skeleton alone.
+/// Reads a file of the truth. If its motion is refused, reads only the skeleton.
 pub(crate) fn import(file: &str) -> Scene {
     let path = format!("../../fixtures/{file}");
     match mocap::import(&path) {
@@ -26,7 +26,7 @@ pub(crate) fn import(file: &str) -> Scene {
     }
 }
 
-/// What was found, by the names of the joints.
+/// The found bones, by the names of the joints.
 fn names(scene: &Scene, found: &Humanoid) -> BTreeMap<HumanoidBone, String> {
     let name = |node: NodeId| scene.nodes[node.index()].name.clone();
     found
@@ -36,7 +36,7 @@ fn names(scene: &Scene, found: &Humanoid) -> BTreeMap<HumanoidBone, String> {
         .collect()
 }
 
-/// Bones that are right, bones that there are, and the wrong ones in words.
+/// The number of right bones, the number of all bones, and the wrong bones as text.
 #[derive(Default)]
 struct Score {
     right: usize,
@@ -44,7 +44,8 @@ struct Score {
     wrong: Vec<(HumanoidBone, String)>,
 }
 
-/// Compares what was found with the truth about a file, in which `accept` lists what is as right as `map`.
+/// Compares the found bones with the truth about a file. `accept` lists joints that are as right as the joints of
+/// `map`.
 fn compare(truth: &Value, found: &BTreeMap<HumanoidBone, String>) -> Score {
     let mut score = Score::default();
     for &bone in HumanoidBone::ALL {
@@ -94,8 +95,8 @@ fn the_bones_of_real_files_are_those_that_people_see() {
     );
 }
 
-/// What is said of a reading is what it was chosen by: the rows add up to their part, the parts to the whole, and what
-/// came second scores less.
+/// The explanation of an assignment has the scores that chose the assignment. The rows sum to their part, the parts sum
+/// to the whole, and the second assignment scores less.
 #[test]
 fn an_explanation_adds_up() {
     let is_near = |a: f32, b: f32| (a - b).abs() < 1e-3;
@@ -136,7 +137,7 @@ fn an_explanation_adds_up() {
     assert!(explained > 20, "{explained}");
 }
 
-/// Calls each joint by a number, in channels too.
+/// Renames each joint to a number, in channels too.
 fn number_the_joints(scene: &mut Scene) {
     for (index, node) in scene.nodes.iter_mut().enumerate() {
         node.name = format!("J{index}");
@@ -161,7 +162,7 @@ fn the_bones_of_characters_are_found_without_names() {
     assert!(sum.all > 250, "{}", sum.all);
 }
 
-/// Of the files whose names and body show the sides, motion included.
+/// The left and right of joint names agree with the left and right of the body and its motion, or the result says so.
 #[test]
 fn the_sides_are_those_of_the_body() {
     for (file, truth) in truth() {
@@ -178,7 +179,7 @@ fn the_sides_are_those_of_the_body() {
     }
 }
 
-/// The reader of the characters puts the bones where their maker says they are.
+/// The positions of the bones agree with the statements of the characters' maker.
 #[test]
 fn the_characters_stand_where_their_maker_put_them() {
     let mut compared = 0;
@@ -200,7 +201,7 @@ fn the_characters_stand_where_their_maker_put_them() {
     assert!(compared > 100);
 }
 
-/// A skeleton of nodes called by what they are, given as depth, name and offset.
+/// A skeleton of nodes, each given as depth, name and offset.
 fn skeleton(nodes: &[(usize, &str, [f32; 3])]) -> Scene {
     let mut scene = Scene::default();
     let mut open: Vec<NodeId> = Vec::new();
@@ -218,7 +219,7 @@ fn skeleton(nodes: &[(usize, &str, [f32; 3])]) -> Scene {
     scene
 }
 
-/// A dog in the names of a human body, as those of a well-known data set are.
+/// A dog with the names of a human body, as the dogs of a well-known dataset have.
 #[test]
 fn a_dog_is_refused_although_its_joints_have_human_names() {
     let mut nodes = vec![(0, "Hips", [0.0, 0.5, 0.0])];
@@ -285,7 +286,7 @@ fn a_lower_body_that_names_its_bones_is_found() {
     assert!(found.bones.values().all(is_sure), "{:?}", found.bones);
     // Names without a meaning may be the legs of a table.
     assert!(!Humanoid::of(&skeleton(&legs(["A", "B", "C", "D"]))).found);
-    // Without feet, and with other joints above the pelvis, something is missing.
+    // Without feet, and with other joints above the pelvis, the skeleton lacks a part.
     let footless: Vec<_> = named.iter().copied().filter(|(depth, ..)| *depth < 3).collect();
     assert!(!Humanoid::of(&skeleton(&footless)).found);
     let mut more = named;
@@ -302,7 +303,7 @@ fn what_is_no_body_is_refused_with_the_reason() {
     let markers = Humanoid::of(&import("real/optotrak.c3d"));
     assert!(markers.reason.contains("markers"), "{}", markers.reason);
 
-    // Hundreds of chains on one joint: hair, a rope, a cloth.
+    // Hundreds of chains on one joint, such as hair, a rope or a cloth.
     let mut nodes = vec![(0, "root", [0.0; 3])];
     for _ in 0..300 {
         nodes.extend([
@@ -314,7 +315,7 @@ fn what_is_no_body_is_refused_with_the_reason() {
     assert!(!Humanoid::of(&skeleton(&nodes)).found);
 }
 
-/// Values that are no numbers, and nodes at one place, are a skeleton too.
+/// Positions that are not finite, and nodes at one position, do not stop the search.
 #[test]
 fn broken_lengths_are_survived() {
     let scene = import("real/cmu_short.bvh");
@@ -335,7 +336,7 @@ fn broken_lengths_are_survived() {
     }
 }
 
-/// Unit, up axis, facing and rest pose of every file of the truth.
+/// The unit, the up axis, the facing and the rest pose of every file of the truth.
 #[test]
 fn units_and_axes_are_right() {
     let axis = |value: &Value| {
@@ -394,7 +395,7 @@ fn units_and_axes_are_right() {
     }
 }
 
-/// The unit rests on the bones: poses of every kind change nothing.
+/// The unit depends on the bones, so no kind of pose changes it.
 #[test]
 fn clips_of_one_skeleton_have_one_unit() {
     for file in [
@@ -423,7 +424,7 @@ fn clips_of_one_skeleton_have_one_unit() {
     }
 }
 
-/// In the T-pose of every file arms point sideways, legs down, and no bone has changed its length.
+/// In the T-pose of every file, arms point sideways, legs point down, and every bone keeps its length.
 #[test]
 fn the_t_pose_is_one() {
     let mut turned = 0;
@@ -438,13 +439,14 @@ fn the_t_pose_is_one() {
         let at = |bone| figure.humanoid.joint(bone).map(|joint| found.pose.position(joint));
         let up = figure.up.value.direction().unwrap();
         let way = |from, to| Some((at(to)? - at(from)?).normalize());
-        // A trunk keeps its curve: that of the rest pose, or else that which the motion shows in the mean.
+        // A trunk keeps the curve of the rest pose, or else the mean curve of the motion.
         let trunk = 0.35;
         let hips = way(HumanoidBone::RightUpperLeg, HumanoidBone::LeftUpperLeg).unwrap();
-        // A figure without arms shows its sides by its legs alone.
+        // Without arms, only the legs of a figure show its sides.
         let arm = way(HumanoidBone::LeftUpperArm, HumanoidBone::LeftLowerArm);
         let left = arm.map_or(hips, |arm| arm.reject_from_normalized(up).normalize());
-        // Both hip joints of animics_all_along_z are at one place: what turns them apart is between hips and thighs.
+        // Both hip joints of animics_all_along_z have one position. The joints between hips and thighs separate the
+        // thighs.
         assert!(
             !hips.is_finite() || left.dot(hips) > 0.95,
             "{file}: arms along {left}, hips along {hips}"
@@ -482,7 +484,7 @@ fn the_t_pose_is_one() {
     assert!(turned >= 10, "{turned}");
 }
 
-/// The rotations of a T-pose, one after the other from the hips outwards, bring the rest pose there.
+/// The rotations of a T-pose, applied from the hips outwards, bring the rest pose to the T-pose.
 #[test]
 fn the_rotations_bring_the_rest_pose_into_t_pose() {
     let scene = import("real/rokoko_dance.bvh");
@@ -515,12 +517,12 @@ fn the_rotations_bring_the_rest_pose_into_t_pose() {
     }
 }
 
-/// What the bones say about the floor and about both sides.
+/// The floor and the sides that follow from the bones.
 #[test]
 fn feet_are_on_the_floor_and_sides_alike() {
     let scene = import("real/cmu_01_01.bvh");
     let found = Figure::new(&scene);
-    // The floor of CMU's laboratory; the ball of a foot is 1 to 8 cm high, in CMU's units.
+    // The floor of CMU's laboratory. The ball of a foot is 1 to 8 cm above it, in CMU's units.
     let floor = found.ground(&scene).unwrap();
     assert_eq!(floor.value, 0.0);
     let balls = found.ground_of(&scene).unwrap().balls.unwrap();
@@ -531,7 +533,7 @@ fn feet_are_on_the_floor_and_sides_alike() {
     assert!(still.ground(&scene).is_none() && still.asymmetry.is_some());
 }
 
-/// A joint that a map names is that bone alone. It was two, and the T-pose panicked.
+/// A joint that a map names is only this bone. An earlier version gave the joint two bones, and the T-pose panicked.
 #[test]
 fn a_joint_of_a_map_is_one_bone() {
     let scene = import("real/cmu_12_01_walk.bvh");
@@ -546,7 +548,7 @@ fn a_joint_of_a_map_is_one_bone() {
     assert_eq!(bones[&HumanoidBone::Head], "Neck");
     assert!(!bones.contains_key(&HumanoidBone::Neck));
     assert!(Figure::with_bones(&scene, mapped).t_pose(&scene).is_some());
-    // Both may move, and a bone is found no more where it is named.
+    // Both bones may move to other joints. The old joint of a named bone no longer counts as this bone.
     let mapped = map(&[(HumanoidBone::Neck, "Spine1"), (HumanoidBone::Head, "Neck")]).unwrap();
     let bones = names(&scene, &mapped);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! Maps of bones: joints that follow others, and figures that are refused without a map.
+//! Maps of bones: joints that follow other joints, and figures that are refused without a map.
 
 use mocap::Scene;
 use mocap::figure::{Creature, Humanoid, HumanoidBone as Bone, HumanoidMap};
@@ -6,7 +6,7 @@ use mocap::scene::NodeId;
 
 use crate::placed_joints::{Joint, scene};
 
-/// Joints with their parents and where they are: a person with a tail and names that say nothing.
+/// Joints with their parents and positions: a person with a tail, whose joint names have no meaning.
 const FIGURE: [Joint; 23] = [
     ("J00", None, [0.0, 0.0, 0.0]),
     ("J01", Some(0), [0.0, 0.50, 0.0]),
@@ -74,7 +74,7 @@ fn a_map_that_is_not_enough_says_what_it_leaves_out() {
 #[test]
 fn joints_follow_what_a_map_says() {
     let mut joints = FIGURE;
-    // Feet that hang from the root, far from every other joint, so that nothing shows what they follow.
+    // The feet are children of the root, far from every other joint, so nothing shows which joints they follow.
     for (foot, toes, x) in [(8, 9, 0.1), (12, 13, -0.1)] {
         joints[foot] = (joints[foot].0, Some(0), [x, 0.02, 0.3]);
         joints[toes].2 = [x, 0.0, 0.4];

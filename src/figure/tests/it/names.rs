@@ -1,4 +1,4 @@
-//! What names of joints say.
+//! Tests the meanings of joint names.
 
 use mocap::scene::Side;
 use mocap_figure::names::Name;

@@ -1,10 +1,10 @@
-//! Skeletons that are written down joint by joint.
+//! Makes skeletons for tests from a list of joints.
 
 use glam::{Mat4, Vec3};
 use mocap::Scene;
 use mocap::scene::{Node, NodeId, NodeKind};
 
-/// The name of a joint, its parent, and where it is at rest in the world.
+/// The name of a joint, its parent, and its world position at rest.
 pub(crate) type Joint = (&'static str, Option<usize>, [f32; 3]);
 
 pub(crate) fn scene(joints: &[Joint]) -> Scene {

@@ -1,4 +1,5 @@
-//! Front and hind, left and right of animals on four legs, by their shape: names are taken away, and the world turns.
+//! Front and hind, left and right of animals on four legs, inferred from the shape. Names are removed, and the world is
+//! rotated.
 
 use mocap::figure::report::Quadruped;
 use mocap::figure::{Confidence, Creature, Figure};
@@ -8,8 +9,8 @@ use mocap::scene::{NodeId, Scene};
 use crate::animals::{CAT, DOG, LLAMA, PERSON};
 use crate::placed_joints::{Joint, scene};
 
-/// Hip or shoulder and paw of each leg, by the index of the joint: left and right in front, left and right behind. +Y
-/// is up. The cat and the dog look along +X, the llama along +Z.
+/// The hip or shoulder and the paw of each leg, by the index of the joint: left and right in front, left and right
+/// behind. +Y is up. The cat and the dog face +X, the llama faces +Z.
 const LEGS_OF_CAT: [[usize; 2]; 4] = [[10, 12], [6, 8], [18, 20], [22, 24]];
 const LEGS_OF_LLAMA: [[usize; 2]; 4] = [[13, 25], [5, 2], [17, 26], [9, 24]];
 
@@ -36,7 +37,7 @@ fn legs(animal: &Quadruped) -> [[usize; 2]; 4] {
         .map(|leg| [leg.upper, leg.paw].map(NodeId::index))
 }
 
-/// The joints of a scene with other names, in a world that is turned and scaled.
+/// The joints of a scene with other names, in a rotated and scaled world.
 fn changed(joints: &[Joint], rename: &dyn Fn(usize, &str) -> String, turn: Quat, scale: f32) -> Scene {
     let mut scene = scene(joints);
     for (index, node) in scene.nodes.iter_mut().enumerate() {
@@ -54,7 +55,7 @@ fn front_and_hind_left_and_right_need_no_names() {
     let turns = [
         Quat::IDENTITY,
         Quat::from_rotation_y(1.2),
-        // +Z up.
+        // A world with +Z up.
         Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
         Quat::from_rotation_y(-2.0) * Quat::from_rotation_z(0.2),
     ];
@@ -77,7 +78,7 @@ fn front_and_hind_left_and_right_need_no_names() {
                         uppers(expected),
                         "{name} {turn} {scale}: {reason}"
                     );
-                    // Without names the end of a leg is a joint like the others.
+                    // Without names, the end of a leg is a joint like the others.
                     if scene.nodes[1].name != "Bone.001" {
                         assert_eq!(legs(&animal), expected, "{name} {turn} {scale}: {reason}");
                     }
@@ -100,7 +101,7 @@ fn a_mirrored_animal_without_names_has_its_sides_swapped() {
     );
 }
 
-/// The names of the sides of a mirrored file are wrong, and the report is no longer sure.
+/// In a mirrored file, the names of the sides are wrong, and the report is no longer sure.
 #[test]
 fn names_of_the_other_sides_are_not_trusted() {
     let sure = found(&scene(&LLAMA)).unwrap();
@@ -133,7 +134,7 @@ fn a_person_has_no_four_legs() {
     assert_eq!(found(&walk), None);
 }
 
-/// A Labrador whose bones lie along one axis at rest, and which has the names of a person with a tail.
+/// A Labrador whose bones lie along one axis at rest. It has the names of a person with a tail.
 #[test]
 fn a_dog_is_found_in_its_motion() {
     let scene = read("made/dog_walk.bvh");
@@ -170,7 +171,7 @@ fn a_dog_is_found_in_its_motion() {
     assert_eq!(dog.tail.len(), 9);
 }
 
-/// The dog walks forward: without a name, its travel and its toes say where.
+/// The dog walks forward. Its travel and its toes show the front without names.
 #[test]
 fn a_walking_dog_needs_no_names() {
     let mut scene = read("made/dog_walk.bvh");

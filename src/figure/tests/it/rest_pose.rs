@@ -1,12 +1,12 @@
-//! Rest poses that a skeleton is bound in.
+//! Rest poses in which a skeleton is bound.
 
 use mocap::figure::Figure;
 use mocap::figure::report::RestPose;
 
 use crate::placed_joints::{Joint, scene};
 
-/// A person whose arms are lowered by angles in degrees, and whose hips are rolled by 7 degrees, as those of SMPL's
-/// bodies are. `turned` turns the shoulders about the up axis, in degrees.
+/// A person whose arms are lowered by these angles in degrees. The hips are rolled by 7 degrees, as in SMPL's bodies.
+/// `turned` rotates the shoulders about the up axis, in degrees.
 fn person(left: f32, right: f32, turned: f32) -> Vec<Joint> {
     let arm = |side: f32, below: f32, along: f32| {
         let (sine, cosine) = below.to_radians().sin_cos();
@@ -36,7 +36,7 @@ fn person(left: f32, right: f32, turned: f32) -> Vec<Joint> {
     ]
 }
 
-/// Hip joints that somebody estimated from a skin are not level. A body whose shoulders are turned too is in motion.
+/// Hip joints that an author estimated from a skin are not level. A body with rotated shoulders is in motion.
 #[test]
 fn arms_that_are_lowered_unevenly_make_a_t_pose() {
     for (left, right) in [(7.0, 16.0), (16.0, 7.0), (0.0, 9.0)] {

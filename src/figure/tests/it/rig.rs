@@ -1,4 +1,4 @@
-//! Joints of the skin that hang elsewhere than the joints that they follow.
+//! Joints of the skin whose parents are not the joints that they follow.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use mocap::scene::{Bone, Mesh, Node, NodeId, NodeKind, VertexWeight};
 use mocap::{Importer, Scene};
 use mocap_figure::rig::Rig;
 
-/// Joints with their parents and where they are.
+/// Joints with their parents and positions.
 fn skeleton(joints: &[(&str, Option<usize>, [f32; 3])]) -> Scene {
     let at = |joint: usize| Vec3::from(joints[joint].2);
     let nodes = joints.iter().enumerate().map(|(index, (name, parent, _))| Node {
@@ -27,7 +27,7 @@ fn skeleton(joints: &[(&str, Option<usize>, [f32; 3])]) -> Scene {
     }
 }
 
-/// A mesh of one triangle at each joint, moved by it alone.
+/// A mesh with one triangle at each joint, which only this joint moves.
 fn triangles(scene: &mut Scene, name: &str, at: &[(usize, [f32; 3])]) {
     let mut mesh = Mesh {
         name: name.to_owned(),
@@ -111,7 +111,7 @@ fn a_foot_without_a_skin_follows_the_shin_that_ends_there() {
     ];
     let scene = skeleton(&legs);
     assert_eq!(followers(&scene), [("Foot".to_owned(), "Shin".to_owned())]);
-    // The rest pose is that of the file.
+    // The rest pose of the rig equals the rest pose of the file.
     let rig = Rig::new(&scene, &BTreeMap::new()).unwrap();
     let (rest, in_rig) = (mocap::Pose::rest(&scene), mocap::Pose::rest(&rig.scene));
     for node in (0..legs.len()).map(NodeId::new) {

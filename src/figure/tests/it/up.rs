@@ -1,4 +1,4 @@
-//! The up axis of bodies on the ground, whose rest pose says nothing: every bone lies along +X in it.
+//! The up axis of bodies on the ground. In their rest pose every bone lies along +X, so the rest pose shows no axis.
 
 /// The name of a motion, and its posture at a moment.
 type Kind = (&'static str, fn(f32) -> Posture);
@@ -8,7 +8,8 @@ use std::f32::consts::{PI, TAU};
 use mocap::figure::{Axis, Confidence, Figure};
 use mocap::glam::{EulerRot, Mat3, Quat, Vec3};
 
-/// Where the bones of a body point at a moment, with Y up, Z forward and X left. What is told of the left is mirrored.
+/// The directions of the bones of a body at a time, with Y up, Z forward and X left. The directions of the left side
+/// are mirrored for the right side.
 pub(crate) struct Posture {
     pub(crate) left: Vec3,
     pub(crate) trunk: Vec3,
@@ -26,7 +27,7 @@ pub(crate) fn mirrored(left: Vec3) -> [Vec3; 2] {
     both(left, left)
 }
 
-/// On hands and knees, forward by 0.4 m/s.
+/// A crawl on hands and knees, forward by 0.4 m/s.
 fn crawl(seconds: f32) -> Posture {
     let swing = (TAU * 0.9 * seconds).sin();
     Posture {
@@ -44,7 +45,7 @@ fn crawl(seconds: f32) -> Posture {
     }
 }
 
-/// On the back, with legs that kick.
+/// A body on its back that kicks with its legs.
 fn lie(seconds: f32) -> Posture {
     let kick = (TAU * 0.5 * seconds).sin().max(0.0);
     Posture {
@@ -62,7 +63,7 @@ fn lie(seconds: f32) -> Posture {
     }
 }
 
-/// From lying on the back, with bent knees, to sitting.
+/// A body that sits up from its back, with bent knees.
 fn sit_up(seconds: f32) -> Posture {
     let angle = 0.6 * (1.0 - (TAU * 0.4 * seconds).cos());
     let trunk = Vec3::new(0.0, angle.sin() + 0.02, -angle.cos());
@@ -103,12 +104,12 @@ fn along(direction: Vec3) -> Quat {
     Quat::from_rotation_arc(Vec3::X, direction.normalize())
 }
 
-/// A BVH file of a body of 1.7 m, whose bones lie along +X, in metres. `world` turns the world, and `lift` is the
-/// height of the ground.
+/// A BVH file in metres of a body of 1.7 m whose bones lie along +X at rest. `world` rotates the world, and `lift` is
+/// the height of the ground.
 pub(crate) fn bvh(posture: impl Fn(f32) -> Posture, world: Quat, lift: f32) -> String {
-    /// Frames, at 30 a second.
+    /// The number of frames, at 30 frames per second.
     const FRAMES: usize = 60;
-    /// Joints are in the middle of limbs.
+    /// The height of the lowest joint above the ground, in metres: half the thickness of a limb.
     const ABOVE_GROUND: f32 = 0.04;
     let mut joints = vec![("Hips".to_owned(), None, Vec3::ZERO)];
     let mut join = |name: String, parent, offset| {
@@ -121,7 +122,7 @@ pub(crate) fn bvh(posture: impl Fn(f32) -> Posture, world: Quat, lift: f32) -> S
     let sides = [("Left", 1.0), ("Right", -1.0)];
     let arm = [("Arm", 0.0), ("ForeArm", 0.29), ("Hand", 0.26)];
     let leg = [("UpLeg", 0.0), ("Leg", 0.43), ("Foot", 0.42), ("ToeBase", 0.15)];
-    // In the order of the rows of a file, from the root down.
+    // The bones in the order of the rows of a file, from the root down.
     for (parent, begin, bones) in [
         (spine, Vec3::new(0.4, 0.18, 0.0), &arm[..]),
         (0, Vec3::new(-0.03, 0.1, 0.0), &leg[..]),
@@ -204,8 +205,9 @@ fn figure(posture: impl Fn(f32) -> Posture, world: Quat, lift: f32) -> Figure {
     Figure::new(&mocap::Importer::new().read(text.as_bytes(), "ground.bvh").unwrap())
 }
 
-/// In a crawl along Z the feet-to-head direction is along Z. A person who lies has the direction of one who stands with
-/// another axis up. What touches the ground lies in one plane, and most files are Y up.
+/// In a crawl along Z, the direction from the feet to the head is along Z. For a lying person, this direction equals
+/// the direction of a standing person with another up axis. The parts that touch the ground lie in one plane, and most
+/// files are Y up.
 #[test]
 fn a_body_on_the_ground_has_the_up_axis_of_the_ground() {
     let kinds: [Kind; 3] = [("crawl", crawl), ("lie", lie), ("sit-up", sit_up)];
@@ -221,7 +223,7 @@ fn a_body_on_the_ground_has_the_up_axis_of_the_ground() {
     }
 }
 
-/// A crawl leaves the plane of any other axis as it moves, so that it is found with Z up too.
+/// A crawl moves out of the plane of every other axis, so +Z up is also found.
 #[test]
 fn who_crawls_or_walks_with_z_up_is_found() {
     let z_up = Quat::from_rotation_x(0.5 * PI);
@@ -233,7 +235,8 @@ fn who_crawls_or_walks_with_z_up_is_found() {
     }
 }
 
-/// A walk whose rest pose stands along Y, and whose body stands along Z. With Y up, one who lies would climb by metres.
+/// The rest pose of a walk stands along Y, and the body in motion stands along Z. With Y up, the body would lie and
+/// climb by metres.
 #[test]
 fn nobody_climbs_while_lying() {
     let text = std::fs::read_to_string("../../fixtures/real/motionbuilder_vicon_walk.bvh").unwrap();

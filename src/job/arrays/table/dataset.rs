@@ -72,7 +72,7 @@ impl DatasetClip {
 }
 
 /// Writes a dataset to a temporary folder, and renames the folder in [`finish`](Self::finish). A writer that is dropped
-/// before leaves nothing.
+/// before `finish` leaves no file.
 pub struct DatasetWriter {
     folder: PathBuf,
     unfinished: PathBuf,
@@ -82,7 +82,7 @@ pub struct DatasetWriter {
     schema: Option<SchemaRef>,
     shards: usize,
     rows: usize,
-    /// Size of the tables in memory.
+    /// The size of the tables in memory, in bytes.
     bytes: usize,
     file_bytes: usize,
     clips: Vec<DatasetClip>,
@@ -180,7 +180,7 @@ impl DatasetWriter {
         if !self.seen.insert(folder.to_owned()) {
             return Ok(());
         }
-        // A folder that cannot be listed gives no licence files. Its clips were named one by one.
+        // A folder that cannot be listed gives no licence files. The files in it can be read nevertheless.
         for entry in folder.read_dir().into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             if !is_license(&name) || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
@@ -276,8 +276,8 @@ fn check_license(license: &str) -> Result<()> {
 }
 
 impl DatasetWriter {
-    /// The identifier of the licence: from the caller, otherwise the licence that all clips state. `other` for several
-    /// licences, and for one that is no identifier.
+    /// The identifier of the licence: from the caller, otherwise the licence that all clips state. It is `other` if the
+    /// clips state several licences, or a licence that is not an identifier.
     fn license(&self) -> Option<String> {
         if self.license.is_some() {
             return self.license.clone();

@@ -14,7 +14,7 @@ use super::batch;
 /// [`robot_reports`](super::robot_reports()) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotClip<'a> {
-    /// Its name.
+    /// The name of the clip.
     pub clip: &'a str,
     /// The file with the motion of the robot, if there is one.
     pub output: Option<&'a str>,
@@ -106,12 +106,14 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
             "slowed_by",
             texts(&|report| report.slowed_by.clone().unwrap_or_default()),
         ),
+        ("lagging", texts(&|report| report.lagging.join("; "))),
         ("mean_degrees", numbers(&|report| Some(report.mean_degrees))),
         ("limbs", limbs),
         ("clamped", clamped),
         ("limit_violations", counts(&|report| report.limit_violations)),
         ("skate", numbers(&|report| report.skate)),
         ("source_skate", numbers(&|report| report.source_skate)),
+        ("fraction_scraping", numbers(&|report| report.fraction_scraping)),
         (
             "fraction_below_floor",
             numbers(&|report| Some(report.fraction_below_floor)),

@@ -518,7 +518,7 @@ fn humanml3d_comes_back() {
 fn positions_alone_are_points() {
     let scene = import("points_fortran.npy");
     assert_eq!((scene.nodes.len(), scene.animations[0].frame_count()), (6, 4));
-    // `numpy.load(...)[3, 4]`.
+    // The value of `numpy.load(...)[3, 4]`.
     let last = scene.animations[0].channels[4].position_keys.values[3];
     assert!(last.distance(Vec3::from(LAST_POINT)) < 1e-6, "{last}");
 }

@@ -296,7 +296,7 @@ fn a_quarter_of_a_rounded_rate_is_every_fourth_frame() {
 
 #[test]
 fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
-    // One joint that stands for five frames, rises by a metre per frame for two frames, and stands up there.
+    // One joint that rests for five frames, rises by a metre per frame for two frames, and rests at this height.
     let heights = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0];
     let rows: String = heights.iter().map(|height| format!("0 {height} 0\n")).collect();
     let text = format!(
@@ -382,8 +382,8 @@ fn options_without_a_meaning_are_refused() {
     assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
 }
 
-/// Compares blocks of frames with single frames. The separate kinematics does not read these cases: formats with groups
-/// and scales, times between frames, and frames that two threads share.
+/// Compares blocks of frames with single frames. The separate kinematics of these tests lacks these cases: formats with
+/// groups and scales, times between frames, and frames that two threads share.
 #[test]
 fn blocks_of_frames_are_as_good_as_single_poses() {
     let files = [

@@ -19,7 +19,10 @@ fn jobs_say_what_a_graph_and_a_walk_do_not_heed() {
         (r#""graph": {}, "matrix": "a.bvh""#.to_owned(), ".png or .npy"),
         (r#""graph": {"rate": -1}"#.to_owned(), "frame rate"),
         (r#""graph": {"window": 1e9}"#.to_owned(), "a window must have"),
-        (r#""graph": {"threshold": 1e-9}"#.to_owned(), "no two moments"),
+        (
+            r#""graph": {"threshold": 1e-9}"#.to_owned(),
+            "no endless path through the clips",
+        ),
         (r#""graph": {"on": "none.bvh"}"#.to_owned(), "none.bvh"),
         (walk("{}"), "one of seconds"),
         (walk(r#"{"seconds": 5, "path": [[0, 0], [1, 0]]}"#), "one of seconds"),

@@ -17,7 +17,7 @@ fn a_wrong_job_says_where() {
         (r#"{} {}"#, "the job: text follows the JSON object"),
         (
             r#"{"wirte": {}}"#,
-            "the job: wirte: a motion job has no wirte, but read, source, steps, target, weights, write, verify",
+            "the job: wirte: a motion job has no wirte; known keys: read, source, steps, target, weights, write, verify",
         ),
         (
             r#"{"write": {"smaller": {"max-error": "far"}}}"#,
@@ -34,7 +34,7 @@ fn a_wrong_job_says_where() {
         // An option of another kind of target.
         (
             r#"{"target": {"robot": {"file": "h1.urdf", "max-angle": 3}}}"#,
-            "the job: target.robot.max-angle: a motion job has no max-angle in target.robot, but file, map, scale, feet, \
+            "the job: target.robot.max-angle: a motion job has no max-angle in target.robot; known keys: file, map, scale, feet, \
              names-of-clips, passes, velocity-limits, floor, time-scale, require",
         ),
         (
@@ -90,19 +90,19 @@ fn a_wrong_job_says_where() {
         // A nested key of another kind of job.
         (
             r#"{"survey": {}, "source": {"frames": {"fps": 30}}}"#,
-            "the job: source.frames: a survey job has no frames in source, but inputs",
+            "the job: source.frames: a survey job has no frames in source; known keys: inputs",
         ),
         (
             r#"{"survey": {}, "write": {"output": "a.csv", "mesh": "none"}}"#,
-            "the job: write.mesh: a survey job has no mesh in write, but output, to, force",
+            "the job: write.mesh: a survey job has no mesh in write; known keys: output, to, force",
         ),
         (
             r#"{"graph": {}, "source": {"map": {"hips": "a"}}}"#,
-            "the job: source.map: a graph job has no map in source, but inputs, space",
+            "the job: source.map: a graph job has no map in source; known keys: inputs, space",
         ),
         (
             r#"{"walk": {"seconds": 5}, "source": {"frames": {}}}"#,
-            "the job: source.frames: a walk job has no frames in source, but inputs, with, space",
+            "the job: source.frames: a walk job has no frames in source; known keys: inputs, with, space",
         ),
         (
             r#"{"walk": {"seconds": "long"}}"#,
@@ -171,6 +171,9 @@ fn a_job_refuses_what_its_format_does_not_take() {
     assert_eq!(code, "invalid-value");
     assert!(message.starts_with("`digits` has no effect on"), "{message}");
     assert_eq!(refused(r#"{"output": "a.xyz"}"#).0, "unknown-format");
+    let (code, message) = refused("{}");
+    assert_eq!(code, "unknown-format");
+    assert!(message.starts_with("the output has no name: "), "{message}");
     assert_eq!(
         refused(r#"{"output": "../../fixtures/real/lecture_Test.bvh", "force": true}"#).0,
         "output-is-input"
@@ -195,9 +198,9 @@ fn a_job_refuses_what_would_do_nothing() {
         ),
         (
             r#""output": "a.gltf", "keep-constant": true"#,
-            "`keep_constant` has no effect on a character, whose file is passed through",
+            "`keep_constant` has no effect on a character, because mocap keeps the contents",
         ),
-        (r#""output": "a.glb""#, "must end in .gltf, like the character"),
+        (r#""output": "a.glb""#, "must end in .gltf, like the character's file"),
         (
             r#""output": "a.gltf", "smaller": {"shell-distance": "3cm"}"#,
             "`shell_distance` would do nothing",
@@ -259,7 +262,10 @@ fn a_job_refuses_what_would_do_nothing() {
         "frames": {{"trim": "0..0.1"}}}}, {robot}, "write": {{"output": "two.csv"}}}}"#
     );
     let error = Job::from_json(&two).unwrap().run().unwrap_err();
-    assert!(error.to_string().contains("has one motion; name one"), "{error}");
+    assert!(
+        error.to_string().contains("holds one motion; name only one motion"),
+        "{error}"
+    );
 }
 
 /// The search for a robot's T-pose uses the rest pose at the beginning of the motion, whatever part is used.

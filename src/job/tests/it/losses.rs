@@ -25,8 +25,9 @@ fn losses(job: &Value) -> mocap::Result<Vec<DataLoss>> {
     Ok(report.losses)
 }
 
-/// Choices of the user, and a rate that a format fixes, are losses too: strict jobs refuse them. In the columns of the
-/// first file, the positions of `JOINTS` joints below the root change. Of the second file, every fourth frame remains.
+/// Positions that the user does not write, and frames that a format's fixed rate drops, are losses too: strict jobs
+/// refuse them. In the columns of the first file, the positions of `JOINTS` joints below the root change. Of the second
+/// file, every fourth frame remains.
 #[test]
 fn positions_and_frames_that_are_left_out_are_counted() {
     const JOINTS: u64 = 20;
@@ -79,7 +80,7 @@ fn joints_without_a_place_are_counted_and_strict_jobs_refuse_them() {
     }
 }
 
-/// The joints of a palm rotate the fingers below them. Those of CMU's hands have no bone below.
+/// The joints of a palm rotate the fingers below them. The palm joints of CMU's hands have no bone below.
 #[test]
 fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
     const HANDS: &str = "../../fixtures/real/cmu_12_01_walk.bvh";

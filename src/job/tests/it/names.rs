@@ -198,7 +198,7 @@ fn joints_have_their_names_in_every_format_and_are_found_again() {
         let path = format!("../../fixtures/{source}");
         let text = fs::read_to_string(&path).unwrap();
         for names in BoneNames::ALL {
-            // SOMA's name of the neck belongs to another joint there, so it is refused.
+            // In this file, SOMA's name of the neck belongs to another joint, so the name is refused.
             if names == BoneNames::Soma && text.contains("JOINT Neck1") {
                 continue;
             }

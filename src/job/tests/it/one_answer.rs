@@ -72,7 +72,7 @@ fn a_foot_is_on_the_ground_or_is_not() {
     assert!(seen > 300, "{seen}");
 }
 
-/// Compares the bones and the T-pose of the figure with those of its VRM animation.
+/// Compares the bones and the T-pose of a figure with the bones and the T-pose of its VRM animation.
 #[test]
 fn bones_and_t_pose_are_those_of_the_vrm_animation() {
     let mut random = Sample::new();

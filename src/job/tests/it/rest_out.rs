@@ -14,7 +14,8 @@ use mocap::{Code, Conversion, Exporter, Importer, Pose, Scene};
 use crate::cut;
 use crate::sample::Sample;
 
-/// Rest poses along +X and along other axes, which do not stand; a standing rest pose; one with +Z up; and CMU's.
+/// A rest pose with most bones along +X, a standing rest pose with +Z up, a rest pose that is no pose of a person, and
+/// CMU's rest pose.
 const FILES: [(&str, [&str; 6]); 4] = [
     (
         "real/rokoko_dance.bvh",

@@ -35,7 +35,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
     let (again, report) = on(&robot, &scene);
     let apart = motion.dof_pos.iter().zip(&again.dof_pos).map(|(a, b)| (a - b).abs());
     let mean = apart.sum::<f64>() / motion.dof_pos.len() as f64;
-    // The steps and limbs of the robot itself are the same.
+    // A robot's motion on the same robot keeps the steps and the limbs.
     assert!((report.scale - 1.0).abs() < 0.01, "{}", report.scale);
     assert!(report.mean_degrees < 5.0, "{mean} rad, {} degrees", report.mean_degrees);
     let without = Importer::new().import(&path).unwrap_err();
@@ -45,7 +45,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
         .import(&path)
         .unwrap_err();
     assert!(
-        wrong.to_string().contains("of the arrays and the robot differ"),
+        wrong.to_string().contains("differ from the joints of the robot"),
         "{wrong}"
     );
 }

@@ -82,7 +82,7 @@ fn every_step_is_replayed_from_the_provenance() {
         let mut scene = source.clone();
         step(&mut scene);
         let verified = Verification::of(&source, &glb(&scene)).unwrap();
-        // The skeleton is 44 units of the file tall, so this is 1e-6 of its height.
+        // The skeleton is 44 units of the file tall, so the tolerance is 1e-6 of its height.
         let tolerance = 44.0 * verified.metres_per_unit * 1e-6;
         assert!(verified.max_error < 2.0 * tolerance, "steps {index}: {verified:?}");
         let counts = (verified.frames, verified.joints, verified.end_sites);
@@ -143,7 +143,8 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
 }
 
 /// The motion jumps away from the rest pose in its first frame. In files with a pose for each frame, the jump is
-/// between two frames. A frame within the jump equals one side, and is no mixture of both.
+/// between two frames. A frame within the jump equals the pose before or the pose after it, not a mixture of the two
+/// poses.
 #[test]
 fn a_jump_is_compared_at_the_frames_that_the_file_has() {
     let folder = tempfile::tempdir().unwrap();
@@ -187,7 +188,7 @@ fn a_jump_is_compared_at_the_frames_that_the_file_has() {
             }
         }
         assert!(compared > 10 || rate == 100.0, "{rate}: {compared}");
-        // A changed row is found.
+        // `verify` finds a changed row.
         let mut wrong = scene.clone();
         wrong.animations[0].channels[0].position_keys.values[3].x += 0.2;
         Exporter::new().overwrite(true).export(&wrong, path("out.bvh")).unwrap();
@@ -385,7 +386,7 @@ fn a_file_of_another_skeleton_is_refused() {
 fn a_file_of_no_known_format_is_refused() {
     let error = Verification::of(&import("lecture_Test.bvh"), b"no motion").unwrap_err();
     assert_eq!(error.code(), Code::UnknownFormat);
-    // A file equals itself.
+    // `verify` finds no difference between a file and itself.
     let source = fixture("lecture_Test.bvh");
     assert!(Verifier::new().files(&source, &source).unwrap().is_within(1e-9));
 }

@@ -24,14 +24,14 @@ pub(crate) type Hash = fn(&mut dyn Read) -> io::Result<(u64, String)>;
 /// The record's knowledge of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordState {
-    /// Nothing.
+    /// The record does not know the file.
     Unknown,
     /// The file was an output, and its contents have changed.
     Changed {
-        /// Whether the file lost bytes.
+        /// Whether the file is shorter than the record states.
         is_shorter: bool,
     },
-    /// The file is an output. The names of its inputs.
+    /// The file is an unchanged output; the value has the names of its inputs.
     Unchanged(Vec<String>),
 }
 
@@ -131,7 +131,7 @@ impl UserRecord {
     /// meanwhile writes to the moved file or to a new one. If two processes do this at once, lines may be lost, and
     /// their outputs are then unknown.
     fn compact(&self) -> io::Result<()> {
-        // Another process may have moved the lines meanwhile.
+        // Another process may have moved the lines in the meantime, so check the size again.
         if fs::metadata(self.file())?.len() <= MOST {
             return Ok(());
         }
@@ -177,7 +177,7 @@ impl UserRecord {
                 sha256,
                 from: sources.iter().map(|&name| name.to_owned()).collect(),
             };
-            // A file that is not recorded is unknown to later commands, which ask before they replace it.
+            // Later commands do not know a file that is not recorded, and refuse to replace it without `force`.
             let _ = self.append(&line);
         }
     }
@@ -208,7 +208,7 @@ impl UserRecord {
 }
 
 impl RecordContent {
-    /// Reads the lines that this or another process has appended since.
+    /// Reads the lines that this or another process has appended since the last reading.
     fn catch_up(&mut self, record: &UserRecord) {
         let file = record.file();
         let length = fs::metadata(&file).map_or(0, |found| found.len());

@@ -69,8 +69,8 @@ fn begin(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
 fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
     let (sin, cos) = sin_cos_of_half(degrees);
     let Quaternions { x, y, z, w } = rotations;
-    // The products of i, j and k for the axes differ only by a cyclic permutation: `about` is the axis, `next` and
-    // `last` are the two that follow it.
+    // The products of i, j and k for the axes differ only by a cyclic permutation. `about` is the axis; `next` and
+    // `last` are the two axes that follow it.
     let (about, next, last) = match axis {
         Axis::X => (x, y, z),
         Axis::Y => (y, z, x),
@@ -83,8 +83,7 @@ fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
     *w = Lanes::of(|i| r.0[i] * cos.0[i] - a.0[i] * sin.0[i]);
 }
 
-/// The sign of a rotation's quaternion that Assimp chooses.
-///
+/// Stores the rotations as keys, each with the sign that Assimp chooses.
 /// Assimp makes the quaternion from the rotation matrix. `w` is positive if the matrix's trace is, that is if `|w| >
 /// 1/2`. Otherwise the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
 #[inline(always)]

@@ -19,8 +19,8 @@ impl<T: Real, const N: usize> Matrices<T, N> {
         }
     }
 
-    /// The matrices that the formula for unit quaternions gives for non-unit quaternions: they stretch. The quaternions
-    /// are `units` times lengths; `squared_lengths` are the squares of the lengths.
+    /// The matrices that the formula for unit quaternions gives for quaternions of any length. These matrices also
+    /// scale. The quaternions are `units` times lengths; `squared_lengths` are the squares of the lengths.
     #[inline(always)]
     pub fn from_unnormalized(units: Quaternions<T, N>, squared_lengths: Lanes<T, N>) -> Self {
         let Quaternions { x, y, z, w } = units;

@@ -45,7 +45,7 @@ impl<const N: usize> Quaternions<f32, N> {
         };
         let mut is_usual = true;
         for lane in 0..N {
-            // Not for opposite directions, and not for a length that is 0 or not finite.
+            // The usual case excludes opposite directions, and a length that is 0 or not finite.
             is_usual &= cos.0[lane] > OPPOSITE * length.0[lane] && length.0[lane] < f32::INFINITY;
         }
         if is_usual {
@@ -81,8 +81,8 @@ impl<const N: usize> Quaternions<f32, N> {
         self * before + to * after
     }
 
-    /// The remainder of a rotation after the shortest rotation that moves a unit axis in the same way. It is the
-    /// identity if the axis is reversed.
+    /// The twist of a rotation about a unit axis: the rotation that remains after the shortest rotation that moves the
+    /// axis in the same way. The twist is the identity if the axis is reversed.
     #[inline(always)]
     pub fn twist(self, axis: [f32; 3]) -> Self {
         let axis = Vectors::all(axis);

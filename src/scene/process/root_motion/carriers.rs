@@ -1,7 +1,7 @@
 //! The joints that carry a figure over the ground.
 //!
-//! That is the root, unless it stays where it is, as the one that some programs put above the hips. Then it is the
-//! hips, and what travels beside them: the goals of inverse kinematics.
+//! Usually the root carries the figure. Some programs put a root above the hips that never moves. In such a file the
+//! carriers are the hips and the joints that travel next to them, such as goals of inverse kinematics.
 
 use std::collections::HashMap;
 
@@ -11,25 +11,25 @@ use super::super::collapse_keys::collapse;
 use crate::pose::Binding;
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
-/// Ticks of a motion with few keys above which it gets none between them: two keys may be years apart.
+/// The length in ticks from which a motion gets no key at every tick: a motion with few keys may last for years.
 const MOST_TICKS: f64 = 1_048_576.0;
 
-/// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
+/// The sum of squares below which the twist about the up axis is undefined, because the figure is upside down.
 const NO_HEADING: f64 = 1e-9;
 
-/// A joint with a channel.
+/// A joint that carries the figure, with its channel.
 struct Carrier {
     channel: usize,
-    /// Its transform to the parent in the rest pose.
+    /// The rest transform to the parent.
     rest: DMat4,
-    /// From its parent to the parent of the root. Nothing between them moves.
+    /// The transform from its parent to the parent of the root. No joint between them moves.
     to_space: DMat4,
 }
 
-/// The carriers below one root, that with the most joints below it first.
+/// The carriers below one root. The carrier with the most descendants is the first.
 pub(super) struct Carriers {
     carriers: Vec<Carrier>,
-    /// From the parent of the root to the world, at rest.
+    /// The transform from the parent of the root to the world, at rest.
     to_world: DMat4,
 }
 
@@ -73,7 +73,8 @@ impl Carriers {
         }
     }
 
-    /// Keeps the first carrier above the point of the ground where it starts, and the others where they are about it.
+    /// Keeps the first carrier above the ground point where it starts. The other carriers keep their positions relative
+    /// to the first.
     pub(super) fn put_in_place(&self, animation: &mut Animation) {
         let Some(main) = self.carriers.first() else { return };
         let to_world = |carrier: &Carrier| self.to_world * carrier.to_space;
@@ -141,7 +142,7 @@ impl Carriers {
             rotation_keys: keys(path.iter().map(|(_, heading)| heading.as_quat()).collect(), &ticks),
             scaling_keys: Keys::constant(Vec3::ONE),
         };
-        // What is left of the first is its height, which no heading turns.
+        // The first carrier keeps its height, which a heading does not change.
         let left = std::iter::zip(&poses, &path).map(|((position, rotation), (on_ground, heading))| {
             (*position - *on_ground, heading.inverse() * *rotation)
         });
@@ -165,13 +166,14 @@ impl Carriers {
 }
 
 impl Carrier {
-    /// Where it is in the space of the root's parent at each key, and the ticks of these.
+    /// The poses of the carrier at each key, in the space of the root's parent, and the ticks of the keys.
     fn poses(&self, animation: &Animation) -> (Vec<f64>, Vec<(DVec3, DQuat)>) {
         let channel = &animation.channels[self.channel];
         let (positions, rotations) = (&channel.position_keys, &channel.rotation_keys);
         let mut ticks: Vec<f64> = (0..positions.len()).map(|key| positions.tick(key)).collect();
         ticks.extend((0..rotations.len()).map(|key| rotations.tick(key)));
-        // Between two keys the heading and the rest go along arcs of their own, which together are another.
+        // Between two keys, the heading and the remaining rotation are interpolated on separate arcs. Their product is
+        // not the original arc, so every tick gets a key.
         if rotations.ticks.is_some() && animation.duration < MOST_TICKS {
             ticks.extend((0..=animation.duration as u32).map(f64::from));
         }
@@ -187,7 +189,7 @@ impl Carrier {
         let poses = ticks.iter().map(pose).collect();
         (ticks, poses)
     }
-    /// Gives the channel these poses in the space of the root's parent.
+    /// Sets the keys of the channel to these poses, given in the space of the root's parent.
     fn set(&self, animation: &mut Animation, poses: Vec<(DVec3, DQuat)>, ticks: &[f64]) {
         let from_space = self.to_space.inverse();
         let (_, rotation, _) = from_space.to_scale_rotation_translation();
@@ -203,8 +205,9 @@ impl Carrier {
     }
 }
 
-/// The root if it moves; else the joints below it that move first, if all of them travel. Legs that turn below hips
-/// that stay do not.
+/// The joints that travel. If the root moves, this is the root. Otherwise these are the uppermost moving joints below
+/// the root, if all of them change their position. If one of them only rotates, such as a leg below resting hips, the
+/// root is returned.
 fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, usize>, root: NodeId) -> Vec<NodeId> {
     let channel = |node: &NodeId| channels.get(node).map(|channel| &animation.channels[*channel]);
     let of_vector = |value: Vec3| value.extend(0.0);
@@ -217,7 +220,7 @@ fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, u
     if moves(&root) {
         return vec![root];
     }
-    // Of each node below the root, the highest above it that moves, or itself. Parents come first.
+    // For each node below the root, its uppermost moving ancestor, or the node itself. Parents come first.
     let mut first: Vec<Option<NodeId>> = vec![None; scene.nodes.len()];
     let (mut is_below, mut sizes) = (vec![false; scene.nodes.len()], vec![0_usize; scene.nodes.len()]);
     is_below[root.index()] = true;
@@ -238,9 +241,9 @@ fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, u
     found
 }
 
-/// Whether a component changes by more than programs round.
+/// Whether a component changes by more than the rounding of other programs.
 fn varies<T: Copy>(keys: &Keys<T>, components: impl Fn(T) -> Vec4) -> bool {
-    /// In units of length, or as a part of the value.
+    /// The largest change that counts as rounding, in units of length or as a fraction of the value.
     const ROUNDING: f32 = 1e-5;
     let Some(first) = keys.values.first().map(|value| components(*value)) else {
         return false;
@@ -251,7 +254,7 @@ fn varies<T: Copy>(keys: &Keys<T>, components: impl Fn(T) -> Vec4) -> bool {
         .any(|value| !components(*value).abs_diff_eq(first, most))
 }
 
-/// One key where all values are equal.
+/// The keys of these values; a single key if all values are equal.
 fn keys<T: Copy + PartialEq>(values: Vec<T>, ticks: &[f64]) -> Keys<T> {
     let mut keys = Keys::at_ticks(values, ticks.to_vec());
     collapse(&mut keys, |a, b| a == b);

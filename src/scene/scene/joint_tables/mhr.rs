@@ -3,8 +3,8 @@
 use super::super::{HumanoidBone as Bone, Side};
 use super::Joint;
 
-/// The name with `*` for the side, the name of the parent, and the bone of the left side. A digit instead of a name
-/// means the parent's twist helpers with this number or a higher number.
+/// The name of a joint (with `*` for the side), the name of its parent, and its bone on the left side. A digit instead
+/// of a name means the parent's twist helpers with this number or a higher number.
 type Row = (&'static str, &'static str, Option<Bone>);
 
 const ROOT: [Row; 2] = [("body_world", "", None), ("root", "body_world", Some(Bone::Hips))];

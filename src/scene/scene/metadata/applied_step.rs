@@ -36,14 +36,14 @@ pub enum AppliedStep {
     },
     /// [`Scene::convert_units`](crate::Scene::convert_units).
     ConvertUnits {
-        /// Metres per unit of length before.
+        /// Metres per unit of length before the step.
         metres_per_unit: f64,
-        /// The up axis before.
+        /// The up axis before the step.
         up: UpAxis,
-        /// Metres per unit of length after; 1 if absent.
+        /// Metres per unit of length after the step; 1 if absent.
         #[serde(default = "one_metre", skip_serializing_if = "is_one_metre")]
         out_metres_per_unit: f64,
-        /// The up axis after; Y if absent.
+        /// The up axis after the step; Y if absent.
         #[serde(default, skip_serializing_if = "UpAxis::is_y")]
         out_up: UpAxis,
     },
@@ -102,14 +102,15 @@ pub enum AppliedStep {
 }
 
 impl AppliedStep {
-    /// Whether it is an `edit` step that changes the motion. Changes of the rest pose and of joint axes do not.
+    /// Whether the step is an `edit` step that changes the motion. Changes of the rest pose and of joint axes do not
+    /// count.
     #[doc(hidden)]
     pub fn changes_motion(&self) -> bool {
         let Self::Edit { edit, .. } = self else { return false };
         !matches!(edit.step(), Some("bone-axis" | "rest"))
     }
 
-    /// Whether the rest axes of joints differ from the source's.
+    /// Whether the step changes the rest axes of joints.
     #[doc(hidden)]
     pub fn takes_new_axes(&self) -> bool {
         match self {
@@ -120,8 +121,8 @@ impl AppliedStep {
     }
 }
 
-/// A step of `edit` as files record it. It is a JSON object with the step's name in `step`, next to its options.
-/// Earlier versions recorded a string.
+/// A step of `edit` as files record it. The record is a JSON object with the step's name in `step`, next to its
+/// options. Earlier versions recorded a string.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -163,7 +164,7 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// The second motion or the skeleton of a step: its origin, and the steps that changed it before.
+/// The second motion or the skeleton of a step: its origin, and the steps that changed it before this step.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -171,13 +172,13 @@ fn is_zero(count: &usize) -> bool {
 #[serde(default)]
 #[non_exhaustive]
 pub struct SecondMotion {
-    /// The file from which it was read.
+    /// The file from which the second motion was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Origin>,
     /// How the root's OFFSET was used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root_offset: Option<RootOffsetUsed>,
-    /// The steps that changed it, in order.
+    /// The steps that changed the second motion, in order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
 }

@@ -2,7 +2,8 @@
 
 use super::UpAxis;
 
-/// The unit and the up axis of the numbers in a file. Each is set if the reader converted from it.
+/// The unit and the up axis of the numbers in a file. A field is set if the reader converted the numbers to another
+/// unit or axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[doc(hidden)]
 pub struct FileSpace {

@@ -1,4 +1,4 @@
-//! Files that are whole or absent.
+//! Files that are written completely or not at all.
 
 mod confined;
 mod csv_table;
@@ -37,7 +37,7 @@ fn a_write_that_fails_leaves_nothing() {
     assert_eq!(fs::read(&path).unwrap(), b"older");
 }
 
-/// A process that is killed while it writes leaves nothing.
+/// A process that is killed while it writes leaves no file.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_file_has_no_name_while_it_is_written() {

@@ -1,4 +1,4 @@
-//! Inverse kinematics.
+//! Tests of inverse kinematics.
 
 mod chain;
 mod hinge;

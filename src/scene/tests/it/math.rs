@@ -1,4 +1,4 @@
-//! Mathematics, against other formulas.
+//! Tests mathematical functions against other formulas.
 
 mod cube_root;
 mod half;

@@ -1,4 +1,4 @@
-//! Units, trim, frame rate, rest pose and root motion, against the text of real files and closed forms.
+//! Units, trim, frame rate, rest pose and root motion, compared with the text of real files and with closed forms.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +17,7 @@ fn read(file: &str) -> (Scene, Capture) {
     (scene, Capture::parse(&bytes))
 }
 
-/// Where every node is at `tick`.
+/// The position of every node at `tick`.
 fn positions(scene: &Scene, tick: f64) -> Vec<DVec3> {
     let pose = Pose::at_tick(scene, 0, tick).unwrap();
     (0..scene.nodes.len())
@@ -25,7 +25,7 @@ fn positions(scene: &Scene, tick: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Where the text of the file puts every node in `frame`.
+/// The position of every node in `frame`, by the text of the file.
 fn truth(capture: &Capture, frame: usize) -> Vec<DVec3> {
     capture
         .placements(frame, Root::Replace)
@@ -42,7 +42,7 @@ fn assert_close(ours: &[DVec3], theirs: &[DVec3], tolerance: f64) {
     }
 }
 
-/// Where the bones carry the vertices at `tick`.
+/// The positions to which the bones move the vertices at `tick`.
 fn skinned(scene: &Scene, tick: f64) -> Vec<DVec3> {
     let pose = Pose::at_tick(scene, 0, tick).unwrap();
     let mesh = &scene.meshes[0];
@@ -70,7 +70,7 @@ fn units_and_axes_move_every_node_and_vertex_alike() {
     assert_close(&skinned(&scene, 100.0), &vertices, 1e-5);
     assert_eq!(scene.validate(), []);
 
-    // The rest pose turns with it: what was above is above.
+    // The rest pose is rotated too: a joint that was above another is still above it.
     let rest = Pose::rest(&scene);
     let rest_of_file = capture.rest();
     for (index, placement) in rest_of_file.iter().enumerate() {
@@ -147,12 +147,13 @@ fn a_quarter_of_the_frames_stands_where_every_fourth_frame_does() {
     assert_eq!(scene.validate(), []);
 }
 
-/// The file's frame time is .0083333, which means 1/120: a frame of 30 a second is one of the file's, to the last.
+/// The file's frame time is .0083333, which means 1/120. So every frame at 30 frames per second is a frame of the file,
+/// up to the last.
 #[test]
 fn a_rounded_frame_time_puts_no_frame_between_two() {
     let (mut scene, capture) = read("cmu_12_01_walk.bvh");
     let unchanged = scene.clone();
-    // Without the T-pose, and 521 frames, so that the last is a multiple of four.
+    // 521 frames without the T-pose, so that the number of the last frame is a multiple of four.
     scene.trim(1.0, 521.0);
     scene.resample(30.0, &Limits::default()).unwrap();
     let animation = &scene.animations[0];
@@ -183,14 +184,14 @@ fn rotations_between_frames_are_on_the_arc() {
     }
 }
 
-/// CMU's T-pose in front of the motion: no pose from between the two may come out, and both must stay.
+/// CMU's T-pose comes before the motion. No pose between the T-pose and the motion may occur, and both must remain.
 #[test]
 fn a_cut_is_not_smeared() {
     let (mut scene, capture) = read("cmu_short.bvh");
     scene.resample(90.0, &Limits::default()).unwrap();
     let animation = &scene.animations[0];
     let ticks = animation.channels[0].rotation_keys.ticks.as_ref().unwrap();
-    // Frame 1 of the file, at 120.0005 frames a second, is three quarters of a frame of 90.
+    // Frame 1 of the file, at 120.0005 frames per second, is at three quarters of a frame at 90 frames per second.
     assert_eq!(ticks[0], 0.0);
     assert!((ticks[1] - 0.75).abs() < 1e-5, "{}", ticks[1]);
     assert_eq!(ticks[2..4], [1.0, 2.0]);
@@ -257,7 +258,7 @@ fn root_motion_moves_nothing_in_the_world() {
             .iter()
             .all(|rotation| rotation.x == 0.0 && rotation.z == 0.0)
     );
-    // What is left on the hips has no heading: the twist about Y is gone.
+    // The remaining rotation of the hips has no heading: the twist about Y is removed.
     let hips = &scene.animations[0].channels[1];
     assert!(hips.rotation_keys.values.iter().all(|rotation| rotation.y.abs() < 1e-6));
     assert!(
@@ -285,8 +286,8 @@ fn the_heading_of_a_turn_is_the_turn() {
     assert!(shoulder.abs_diff_eq(Quat::IDENTITY, 1e-6));
 }
 
-/// A walk below a root that stays, rotated and half as large, as programs write it; beside the hips a goal of inverse
-/// kinematics follows the left foot.
+/// A walk below a constant root that is rotated and scaled by a half, as programs write it. Beside the hips, a target
+/// of inverse kinematics follows the left foot.
 fn walk_below_a_still_root() -> (Scene, Capture) {
     let (mut scene, capture) = read("cmu_12_01_walk.bvh");
     scene.insert_root_above(NodeId::new(0));
@@ -321,7 +322,7 @@ fn walk_below_a_still_root() -> (Scene, Capture) {
     (scene, capture)
 }
 
-/// The joints of the file, and the goal at the left foot.
+/// The joints of the file, and the target at the left foot.
 fn with_goal(scene: &Scene, capture: &Capture, frame: usize) -> Vec<DVec3> {
     let mut expected = truth(capture, frame);
     let foot = scene.nodes.iter().position(|node| node.name == "LeftFoot").unwrap();

@@ -1,4 +1,4 @@
-//! Suggestions for misspelled words.
+//! Tests suggestions for misspelled words.
 
 use mocap_scene::error::nearest;
 use mocap_scene::internals::edit_distance;
@@ -15,7 +15,7 @@ fn a_misspelled_name_finds_its_neighbour() {
     assert_eq!(nearest("amr"), Some("arm"));
     assert_eq!(edit_distance("kitten", "sitting"), 3);
     assert_eq!(edit_distance("wakl", "walk"), 1);
-    // Optimal string alignment: no letter is exchanged and changed too.
+    // Optimal string alignment never changes a letter that it has exchanged.
     assert_eq!(edit_distance("ca", "abc"), 3);
     assert_eq!(edit_distance("", "arm"), 3);
 }

@@ -1,9 +1,9 @@
-//! The tick at a time.
+//! Tests which tick a player shows at a given time.
 
 use mocap::scene::Animation;
 use mocap::{Binding, LoopMode, Player, Pose, Scene, Updater};
 
-/// Four ticks long, two ticks a second.
+/// A player for four ticks, at two ticks per second.
 fn player(loop_mode: LoopMode, speed: f64) -> Player {
     let animation = Animation {
         ticks_per_second: 2.0,

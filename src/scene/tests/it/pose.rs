@@ -1,4 +1,4 @@
-//! Poses of the arm of a lecture, and of scales that shear.
+//! Poses of the arm of a lecture, and scales that cause shear.
 
 mod binding;
 mod chain;
@@ -57,13 +57,13 @@ fn lecture() -> Scene {
     }
 }
 
-/// A step of `length` in the direction of `degrees`, in the plane of the lecture's arm.
+/// A vector of `length` in the direction `degrees`, in the plane of the lecture's arm.
 fn step(length: f64, degrees: f64) -> Vec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Vec3::new((length * cos) as f32, (length * sin) as f32, 0.0)
 }
 
-/// Where the arm's nodes are if the shoulder is at `shoulder` and each joint is rotated by its angle.
+/// The positions of the arm's nodes for the shoulder position `shoulder`, with each joint rotated by its angle.
 fn arm(shoulder: Vec3, [first, second, third]: [f64; 3]) -> [Vec3; 4] {
     let elbow = shoulder + step(2.0, first);
     let wrist = elbow + step(1.5, first + second);
@@ -177,7 +177,8 @@ fn a_chain_of_scales_and_rotations_shears() {
     );
     assert!(x.abs_diff_eq(Vec3::new(2.0 * half, half, 0.0), 1e-6), "{x}");
     assert!(y.abs_diff_eq(Vec3::new(-2.0 * half, half, 0.0), 1e-6), "{y}");
-    // 1.5 apart from a right angle: no translation, rotation and scale is this matrix.
+    // The axes have a dot product of -1.5, so they are not at right angles. No translation, rotation and scale give
+    // this matrix.
     assert!((x.dot(y) + 1.5).abs() < 1e-6);
     let without_shear = Trs::from_matrix(pose.node_to_world[1]).matrix();
     assert!(!without_shear.abs_diff_eq(pose.node_to_world[1], 0.1));

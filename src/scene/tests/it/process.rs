@@ -1,4 +1,4 @@
-//! The steps on scenes that are built here.
+//! The processing steps, on scenes that are built here.
 
 mod collapse_keys;
 
@@ -7,7 +7,7 @@ use mocap::process::SkeletonMesh;
 use mocap::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 use proptest::prelude::*;
 
-/// Nodes at rest, each given by its name, the index of its parent and its offset.
+/// Nodes at rest; each row has the name, the index of the parent and the offset.
 fn skeleton(nodes: &[(&str, Option<usize>, [f32; 3])]) -> Scene {
     let nodes = nodes.iter().map(|&(name, parent, offset)| Node {
         name: name.to_owned(),
@@ -40,7 +40,7 @@ fn meshes_of_nodes(scene: &Scene) -> Vec<Vec<usize>> {
     scene.nodes.iter().map(|node| node.meshes.clone()).collect()
 }
 
-/// Of each mesh: vertices, faces, bones.
+/// For each mesh: the numbers of vertices, faces and bones.
 fn counts(scene: &Scene) -> Vec<[usize; 3]> {
     let count = |mesh: &Mesh| [mesh.vertices.len(), mesh.faces().len(), mesh.bones.len()];
     scene.meshes.iter().map(count).collect()
@@ -92,7 +92,7 @@ mod skeleton_meshes {
         assert_eq!(counts(&skinned), [[36, 12, 2]]);
     }
 
-    /// The points of a C3D file hang on a group, far from where the group is.
+    /// The points of a C3D file are children of a group, far from the group's position.
     #[test]
     fn a_group_has_no_pointers_and_its_points_small_knobs() {
         let mut scene = skeleton(&[
@@ -103,7 +103,7 @@ mod skeleton_meshes {
         scene.nodes[0].kind = NodeKind::Group;
         scene.add_skeleton_mesh(SkeletonMesh::Segmented);
         assert_eq!(meshes_of_nodes(&scene), [vec![], vec![0], vec![1]]);
-        // A hundredth of the 200 between the two.
+        // A hundredth of the distance of 200 between the two.
         let is_tip = |vertex: &Vec3| (vertex.length() - 2.0).abs() < 1e-5;
         assert!(scene.meshes.iter().all(|mesh| mesh.vertices.iter().all(is_tip)));
     }
@@ -118,7 +118,7 @@ mod skeleton_meshes {
                 ("c", Some(1), [1e-7, 0.0, 0.0]),
             ]);
             let scene = with_mesh(stacked, kind);
-            // Both links are too short for a pointer; the free end has its knob all the same.
+            // Both links are too short for a pointer, but the free end still has its knob.
             assert_eq!(scene.meshes.len(), 1);
             assert_eq!(scene.meshes[0].vertices.len(), 24);
         }
@@ -232,7 +232,8 @@ mod joined {
         assert_eq!(scene.validate(), []);
     }
 
-    /// `P` has the links `P -> B` and, by way of `A` in its own place, `A -> C`: two pointers in one place.
+    /// `P` has two links: `P -> B`, and `A -> C` by `A` at the same position. So there are two pointers at one
+    /// position.
     #[test]
     fn vertices_of_different_bones_stay_apart() {
         let twins = [
@@ -311,7 +312,7 @@ mod degenerates {
     }
 }
 
-/// Equal save for the last digits, which the way through the whole mesh's space costs.
+/// Equal except for the last digits, which the transform through the space of the whole mesh changes.
 fn assert_same_within_rounding(a: &Scene, b: &Scene) {
     assert_eq!(meshes_of_nodes(a), meshes_of_nodes(b));
     assert_eq!(counts(a), counts(b));
@@ -327,7 +328,7 @@ fn assert_same_within_rounding(a: &Scene, b: &Scene) {
 }
 
 prop_compose! {
-    /// Up to 30 nodes, depth-first; offsets are often zero, and often equal to each other.
+    /// Up to 30 nodes in depth-first order. Offsets are often zero, and often equal.
     fn any_skeleton()(links in prop::collection::vec((0usize..4, prop::array::uniform3(-2i8..3)), 1..30)) -> Scene {
         let mut scene = Scene::default();
         let mut path = Vec::new();
@@ -373,7 +374,7 @@ proptest! {
         }
     }
 
-    /// Joining changes how corners are stored, not where they are.
+    /// Joining changes the storage of corners, not their positions.
     #[test]
     fn joined_faces_have_the_same_corners(skeleton in any_skeleton()) {
         let before = with_mesh(skeleton, SkeletonMesh::Skinned);

@@ -1,4 +1,4 @@
-//! The data of scenes.
+//! Tests of the data of scenes.
 
 mod humanoid_bone;
 mod joint_tables;

@@ -1,4 +1,4 @@
-//! Options in messages of the library, as each door calls them.
+//! Options in messages of the library, in the spelling of each interface.
 
 use mocap_scene::error::{Code, Diagnostic, spelled};
 

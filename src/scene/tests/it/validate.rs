@@ -1,4 +1,4 @@
-//! The rules of the scene, each broken in turn.
+//! The rules of the scene, each violated in turn.
 
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::process::SkeletonMesh;
@@ -46,7 +46,7 @@ fn channel(scene: &mut Scene) -> &mut Channel {
 
 type Break = (Rule, fn(&mut Scene));
 
-/// Of every rule a way to break it.
+/// A violation of each rule.
 const BREAKS: &[Break] = &[
     (Rule::OneRoot, |scene| scene.nodes[2].parent = None),
     (Rule::DepthFirst, |scene| scene.nodes[1].parent = Some(NodeId(3))),

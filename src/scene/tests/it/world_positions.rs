@@ -1,4 +1,4 @@
-//! Real files: the world position of every node at every frame, against the independent kinematics.
+//! The world position of every node of real files in every frame, compared with the separate kinematics.
 
 use std::fs;
 
@@ -7,17 +7,17 @@ use mocap::process::SkeletonMesh;
 use mocap::scene::{NodeId, RootOffset, Scene};
 use mocap::{Binding, Code, Importer, Pose};
 
-/// How far a node may stand from where it should, as a share of the skeleton's height.
+/// The largest allowed distance of a node from its expected position, as a fraction of the skeleton's height.
 const TOLERANCE: f64 = 1e-5;
 
-/// What a real file means.
+/// The expected properties of a real file.
 struct Real {
     name: &'static str,
-    /// Whether the root's position is meant from its OFFSET or from the origin.
+    /// Whether the root's position is relative to its OFFSET or to the origin.
     root: Root,
-    /// Rows of motion.
+    /// The number of rows of the motion.
     frames: usize,
-    /// What is to be warned about.
+    /// The expected warnings.
     warnings: &'static [Code],
 }
 
@@ -30,7 +30,7 @@ const fn plain(name: &'static str, frames: usize) -> Real {
     }
 }
 
-/// The real files that mean something. The counts of frames were taken from the files with a text editor.
+/// The valid real files. The counts of frames were read from the files with a text editor.
 const REAL: &[Real] = &[
     plain("lecture_Test", 10),
     Real {
@@ -86,7 +86,7 @@ fn import(name: &str) -> Scene {
     importer.import(path(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The longest way of any node from where `capture` puts it, over all frames; and the skeleton's height.
+/// The largest distance of any node from its position in `capture`, over all frames, and the height of the skeleton.
 fn largest_error(scene: &Scene, capture: &Capture, root: Root) -> f64 {
     let mut pose = Pose::rest(scene);
     let mut largest = compare(&pose, &capture.rest());
@@ -103,7 +103,7 @@ fn largest_error(scene: &Scene, capture: &Capture, root: Root) -> f64 {
 fn compare(pose: &Pose, placements: &[Placement]) -> f64 {
     let far = |(index, placement): (usize, &Placement)| {
         let position = pose.position(NodeId::new(index)).to_array().map(f64::from);
-        // NaN would pass every comparison; it counts as infinitely far.
+        // NaN would pass every comparison, so it counts as infinitely far.
         let far = distance(position, placement.position);
         if far.is_nan() { f64::INFINITY } else { far }
     };
@@ -168,7 +168,7 @@ fn the_root_offset_policy_can_be_forced() {
     }
 }
 
-/// What the lecture states of its own example.
+/// The numbers that the lecture states for its own example.
 #[test]
 fn the_lecture_example_has_the_numbers_of_the_lecture() {
     let scene = mocap::import(path("lecture_Test")).unwrap();
@@ -216,7 +216,8 @@ fn the_lecture_example_has_the_numbers_of_the_lecture() {
         assert!((f64::from(component) - expected).abs() < 1e-6, "{wrist:?}");
     }
 
-    // T(P) R(50) T(2,0) R(100) T(1.5,0) R(80) T(0.5,0), all in a plane: angles of 50, 150 and 230 degrees.
+    // T(P) R(50) T(2,0) R(100) T(1.5,0) R(80) T(0.5,0) in a plane, so the angles of the links are 50, 150 and 230
+    // degrees.
     let along = |length: f64, degrees: f64| (length * degrees.to_radians().cos(), length * degrees.to_radians().sin());
     let links = [(1.0, 0.18), along(2.0, 50.0), along(1.5, 150.0), along(0.5, 230.0)];
     let tip = links
@@ -229,7 +230,7 @@ fn the_lecture_example_has_the_numbers_of_the_lecture() {
 
 #[test]
 fn rows_of_the_wrong_length_are_refused_with_both_numbers() {
-    // 188 rows: 125 of 110 values and 63 of 112, for 108 channels; the first has 112.
+    // The file has 188 rows: 125 with 110 values and 63 with 112, for 108 channels. The first row has 112 values.
     let error = mocap::import(path("brekel_wrong_row_length")).unwrap_err();
     assert_eq!(error.code(), Code::RowLength);
     let message = error.to_string();

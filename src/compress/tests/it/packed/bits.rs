@@ -1,4 +1,4 @@
-//! Numbers of few bits.
+//! Tests that bit-packed numbers are read as they were written.
 
 use mocap_compress::internals::bits::{BitWriter, PADDING, bits_at, lowest, width};
 

@@ -1,4 +1,4 @@
-//! The median of nine values.
+//! Tests the median of nine values, which the search for gaps uses.
 
 use mocap_edit::internals::middle_of_nine;
 

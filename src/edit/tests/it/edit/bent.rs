@@ -184,7 +184,7 @@ fn points_that_cannot_be_are_refused() {
     let error = bend(&mut one, points, PathFacing::Along).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
-        "a path of 2 points needs as many frames, but there are only 1"
+        "a path of 2 points needs at least 2 frames, but the number of frames is 1"
     );
     // All points are at one place: the figure walks on the spot and keeps its facing.
     let mut scene = walk.clone();

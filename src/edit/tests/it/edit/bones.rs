@@ -91,8 +91,8 @@ fn bones_lie_along_their_axis_and_nothing_moves() {
     }
 }
 
-/// Knees and elbows bend about one axis of their frame. The positions of hip, knee and ankle show the axis of the
-/// shin's rotation relative to the thigh. In a clip with bends, it is this axis of the frame.
+/// Knees and elbows bend about one axis of their joint. The positions of hip, knee and ankle show the axis about which
+/// the shin bends relative to the thigh. In a clip in which knees bend, this axis is the X axis of the knee's joint.
 #[test]
 fn hinges_bend_about_an_axis_of_the_frame() {
     use mocap::figure::{Humanoid, HumanoidBone as Bone};

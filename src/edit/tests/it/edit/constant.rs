@@ -197,7 +197,7 @@ fn no_step_gives_an_end_site_a_channel() {
     assert_eq!(bent, chains.len());
 }
 
-/// The columns of a motion are the nodes that move.
+/// The nodes that move in the output are the nodes that move in the source.
 #[test]
 fn a_motion_of_key_frames_has_the_columns_of_its_source() {
     let mut scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -332,7 +332,7 @@ fn reports_state_the_frames_and_the_seconds_that_are_there() {
     }
 }
 
-/// The time before the first pair begins with the motion, and no pose is repeated.
+/// The time before the first pair of a warp begins at the start of the motion, and no pose is repeated.
 #[test]
 fn a_warp_from_its_first_moment_on_repeats_no_pose() {
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -354,7 +354,7 @@ fn a_warp_from_its_first_moment_on_repeats_no_pose() {
         "{found:?}"
     );
     assert_eq!(found.len(), expected.len());
-    // The inverse warp, and a cut.
+    // The inverse of the warp above, and a warp that cuts off the start.
     assert_eq!(elbow("warp:0.6=0.3").len(), 7);
     let cut = elbow("warp:0.3=0");
     assert!((cut[0] - 40.0).abs() < 1e-3 && cut.len() == 7, "{cut:?}");

@@ -28,7 +28,7 @@ fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
         assert_bones_keep_their_lengths(&before, &scene);
         assert_eq!(scene.validate(), [], "{file}");
 
-        // The slide is measured here from positions alone: the ball's, in frames in which it rests.
+        // The slide is measured from positions alone: how far the ball of a foot moves in frames in which it rests.
         let at = positions(&scene);
         let (mut slid, mut slid_before) = (0.0, 0.0);
         let was_at = positions(&before);
@@ -151,7 +151,7 @@ fn locked_feet_are_no_faster_than_free_ones() {
     }
 }
 
-/// The values of all joints, frame by frame.
+/// The accelerations of all joints, frame by frame.
 fn accelerations(at: &[Vec<Vec3>]) -> Vec<Vec<f32>> {
     let of_frame = |frames: &[Vec<Vec3>]| {
         let nodes = 0..frames[0].len();

@@ -226,7 +226,7 @@ fn a_blend_without_weight_is_the_first_and_with_all_weight_the_second() {
     assert_eq!(report.frames, 281);
     assert_bones_keep_their_lengths(&part(&first, 0, 0), &part(&scene, 0, 0));
     assert_eq!(scene.validate(), []);
-    // A motion that is blended with a slower copy of itself gives itself at a speed between both.
+    // A motion blended with a slower copy of itself is the same motion, at a speed between the two speeds.
     let mut slow = first.clone();
     warp_time(&mut slow, &[(0.0, 0.0), (300.0 / 120.0, 600.0 / 120.0)]).unwrap();
     let mut scene = first.clone();
@@ -293,8 +293,8 @@ fn a_weight_may_change_over_time() {
     }
 }
 
-/// One walk in two directions gives this walk in a direction between both, as fast and without a jump. At 180 degrees,
-/// a mean of the positions would not move at all.
+/// A walk, blended with the same walk in another direction, gives this walk in a direction between the two, as fast and
+/// without a jump. At 180 degrees, a mean of the positions would not move at all.
 #[test]
 fn walks_in_different_directions_are_mixed_as_each_figure_sees_them() {
     let first = part(&import(WALK), 0, 300);

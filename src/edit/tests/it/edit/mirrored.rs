@@ -41,12 +41,13 @@ fn twice_is_the_identity_and_once_keeps_the_bones() {
     }
 }
 
-/// The distances between joints of both sides show the mirror image without a plane. A heap of four joints turns inside
-/// out.
+/// In a mirrored motion, two joints have the distance that their opposite joints have in the source. The signed volume
+/// between hips, head, hand and foot changes its sign.
 #[test]
 fn each_side_does_what_the_other_did() {
     use HumanoidBone::*;
-    // The left and right sides of this skeleton are equal within a micrometre, unlike those of CMU's skeletons.
+    // The left and right sides of this skeleton are equal within a micrometre. The sides of CMU's skeletons differ
+    // more.
     let scene = import("motionbuilder_vicon_walk.bvh");
     let mut other = scene.clone();
     Mirror::new().apply(&mut other, &StepInput::new()).unwrap();

@@ -15,8 +15,8 @@ fn joint(scene: &Scene, bone: &str) -> usize {
     Humanoid::of(scene).joint(bone).unwrap().index()
 }
 
-/// The hand is at the head within the part, and the foot is at a point. Only the limb moves, and nothing moves before
-/// and after the part.
+/// The hand is at the head within the time range, and the foot is at a point. Only the limb moves, and nothing moves
+/// before and after the range.
 #[test]
 fn a_limb_reaches_its_target() {
     for file in ["cmu_12_01_walk.bvh", "rokoko_dance.bvh", "z_up_dab.bvh"] {
@@ -131,15 +131,15 @@ fn a_target_out_of_reach_is_said() {
 fn what_cannot_be_a_target_is_refused() {
     let before = import("cmu_12_01_walk.bvh");
     for (step, message) in [
-        ("reach", "reach takes a target: to=0.3/1.2/0.5 in metres"),
+        ("reach", "reach needs a target: to=0.3/1.2/0.5 in metres"),
         ("reach:to=Hed", "no node or bone is called \"Hed\""),
         (
             "reach:to=right-hand",
-            "\"right-hand\" cannot be the target: it moves with",
+            "\"right-hand\" cannot be the target: it moves together with",
         ),
         (
             "reach:to=head,start=Hips",
-            "7 chains begin at \"Hips\": name the tip of one, such as ",
+            "7 chains begin at \"Hips\": name the tip of the chain to move, such as ",
         ),
         (
             "reach:to=head,start=LeftArm,tip=Head",
@@ -147,7 +147,7 @@ fn what_cannot_be_a_target_is_refused() {
         ),
         (
             "reach:to=head,limb=left-foot,start=LeftArm",
-            "start names a chain of any skeleton, and limb a limb",
+            "start names a chain of joints, and limb names a limb",
         ),
         (
             "reach:to=head,tip=head",
@@ -169,7 +169,8 @@ fn what_cannot_be_a_target_is_refused() {
     assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean LeftHand?"));
 }
 
-/// A hand in front of the swaying head is pinned to the hips: it stays at one place in the frame of the hips.
+/// A hand in front of the swaying head is pinned to the hips: it stays at one place in the coordinate frame of the
+/// hips.
 #[test]
 fn what_touches_keeps_touching() {
     let mut scene = import("cmu_12_01_walk.bvh");
@@ -406,7 +407,7 @@ fn the_tip_of_any_chain_is_pinned() {
     assert!(farthest < 1e-4 && pin.slide_before > 1.0, "{farthest}: {report}");
 }
 
-/// For a skeleton without limbs, the message says how to move it to a target.
+/// For a skeleton without limbs, the message says how to move a chain of joints to a target.
 #[test]
 fn without_limbs_a_chain_is_offered() {
     let error = apply(&mut import("lecture_Test.bvh"), "reach:to=1/1/0").unwrap_err();

@@ -1,4 +1,5 @@
-//! Tests of the numbers of windows, whose distance bounds the distance of the windows.
+//! Tests of the values that summarise a window of frames. From two summaries follows a lower bound of the distance of
+//! the windows.
 
 use mocap::figure::Figure;
 use mocap_edit::internals::{Bound, CloudSpace, Clouds, SLACK, Window};

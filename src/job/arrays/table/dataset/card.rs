@@ -10,10 +10,10 @@ use mocap_scene::scene::report::Attribution;
 use super::{DatasetClip, DatasetWriter};
 use crate::arrays::{ArrayOptions, Rotation, RotationSpace, Space};
 
-/// The most rows of a table on the card. The columns of the dataset have all values.
+/// The largest number of rows of a table on the card. The columns of the dataset have the omitted values.
 const MOST_ROWS: usize = 50;
 
-/// The size categories of Hugging Face: fewer rows than the number.
+/// The size categories of Hugging Face, each with a number: a dataset of the category has fewer rows than this number.
 const SIZES: &[(usize, &str)] = &[
     (1_000, "n<1K"),
     (10_000, "1K<n<10K"),
@@ -36,7 +36,7 @@ pub(super) fn text(dataset: &DatasetWriter) -> String {
     text
 }
 
-/// The header for programs. JSON is valid YAML.
+/// The metadata at the start of the card, for programs: YAML. Its strings are written as JSON, which is valid YAML.
 fn metadata(out: &mut String, dataset: &DatasetWriter, name: &str) -> std::fmt::Result {
     let size = SIZES
         .iter()
@@ -318,7 +318,7 @@ fn sources(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
     writeln!(out, "Packed with mocap {version}.")
 }
 
-/// What clips state, each value once, and the number of clips that state nothing if others do.
+/// The different values that clips state. If some clips state a value, also the number of clips that state none.
 fn stated(clips: &[&DatasetClip], of: impl Fn(&Attribution) -> &Option<String>) -> String {
     /// The most values in a cell.
     const MOST: usize = 10;

@@ -308,9 +308,12 @@ fn what_a_layout_cannot_have_is_refused() {
     for (write, said) in [
         (
             r#""output": "a.pkl""#,
-            "pkl has the joints of a robot: name the robot of the input in `body`",
+            "if the input is the motion of a robot, name this robot in `body`",
         ),
-        (r#""output": "a.npz", "to": "gmr""#, "gmr has the joints of a robot"),
+        (
+            r#""output": "a.npz", "to": "gmr""#,
+            "the format gmr contains the joint positions of a robot",
+        ),
         (
             r#""output": "a.csv", "to": "amass""#,
             "the arrays of amass are written to a file that ends in .npz",

@@ -20,7 +20,7 @@ use crate::{ROOT, cut};
 
 /// Parts of the schema that are no option of a motion.
 const NO_OPTIONS: [&str; 6] = [
-    // The files, and the verdict itself.
+    // Input files, and options that only decide the verdict.
     "source.inputs",
     "source.with",
     "write.force",
@@ -86,7 +86,7 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("source.space.up", r#""-y""#, ""),
     ("source.space.up", r#""z""#, ""),
     ("source.space.up", r#""-z""#, ""),
-    // Other joints lose the motion of their positions, as `docs` says.
+    // Joints other than the root lose the motion of their positions, as the documentation of this option says.
     ("write.bvh.channels", "", "walk.bvh"),
     ("write.bvh.digits", "5", ""),
     ("write.names", r#""mixamo""#, ""),
@@ -108,7 +108,7 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("steps", "pin:to=hips,range=0.02..0.08", ""),
 ];
 
-/// The bodies to which motions are retargeted, if an option of the body is tried and no other body is given.
+/// The default target bodies, for choices of an option of the target that give no body themselves.
 const BODIES: [(&str, &str); 3] = [
     ("character", "human.gltf"),
     ("skeleton", "run.bvh"),
@@ -440,7 +440,7 @@ fn is_pair(a: &Choice, b: &Choice) -> bool {
     if is("write.bvh.channels", "3".into()) && has_second_root() {
         return false;
     }
-    // A motion is retargeted to one body. Each option of this target is tried with the options of reading and writing.
+    // A job retargets motions to one body. Each option of this target is tried with the options of reading and writing.
     for (one, other) in [(a, b), (b, a)] {
         let is_beside = ["source.", "write."].iter().any(|part| other.option.starts_with(part));
         if one.body().is_some() && !is_beside {
@@ -615,7 +615,8 @@ type Case<'a> = (&'static str, &'static str, &'a [(&'static str, Value)]);
 #[test]
 fn outputs_that_were_refused_once_are_accepted() {
     let cases: &[Case<'_>] = &[
-        // A motion in place stays at the place where it began before the cut.
+        // A cut motion in place stays at the start point of the motion before the cut, not at the start of the part
+        // that is left.
         (
             "dance.bvh",
             "fbx",
@@ -637,7 +638,7 @@ fn outputs_that_were_refused_once_are_accepted() {
             ],
         ),
         ("arm.fbx", "gltf", &[("write.bone-axis", json!("x"))]),
-        // End sites do not move for a T-pose.
+        // The T-pose does not move end sites relative to their joints.
         ("dance.bvh", "usda", &[("source.frames.rest", json!("t-pose"))]),
         ("jump.bvh", "usdz", &[("source.frames.t-pose-first", json!(true))]),
         // Joints intentionally get other axes, and their errors stay within the allowed error at all times.

@@ -125,7 +125,8 @@ fn what_is_wrong_is_found() {
     assert!(error.to_string().contains("is not in its source"), "{error}");
 }
 
-/// The header has what the caller stated or the output needed, and what was computed from the positions.
+/// Arrays may have more than their source: a unit or an axis that the caller stated or the output needed, and computed
+/// velocities and contacts.
 #[test]
 fn a_header_that_states_more_than_the_source_is_right() {
     let file = "cmu_short.bvh";

@@ -64,7 +64,7 @@ const MISSED: &[(&str, &str, &str)] = &[
     ("an end site is missing", "mclip", END_SITE),
     ("Z up for Y up", "trc", UP),
     ("lying on the ground", "trc", UP),
-    ("a forearm turned about itself, its hand back", "trc", NO_ROTATIONS),
+    ("a forearm rolled, and its hand rolled back", "trc", NO_ROTATIONS),
     ("an end site is missing", "trc", CHOICE),
     ("an end site is missing", "npz", CHOICE),
     ("an end site is missing", "csv", CHOICE),
@@ -76,11 +76,11 @@ const MISSED: &[(&str, &str, &str)] = &[
     ("a joint renamed", "vrma", BONES),
     ("another parent", "vrma", BONES),
     ("file: a joint renamed", "vrma", BONES),
-    ("a forearm turned about itself, its hand back", "mclip", POSITIONS),
+    ("a forearm rolled, and its hand rolled back", "mclip", POSITIONS),
     ("units: another unit stated", "trc", UNIT),
 ];
 
-/// The bytes of a file that is written there; empty if its format cannot hold the scene.
+/// Writes a scene to `path`, and returns the bytes of the file; none if the format cannot hold the scene.
 fn written(scene: &Scene, path: &Path) -> Option<Vec<u8>> {
     let motion = || Arrays::of(scene, &ArrayOptions::new().velocities(true));
     let bytes = match path.extension()?.to_str()? {
@@ -142,7 +142,7 @@ impl Cell {
         }
     }
 
-    /// The reason why the corruption is not found in the files alone.
+    /// The reason why the corruption cannot be found from the files alone, if it cannot.
     fn reason(self) -> Option<&'static str> {
         let missed = MISSED
             .iter()
@@ -298,7 +298,7 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
         let (name, format, reason) = (cell.name(), cell.format(), cell.reason());
         let verdict = bench.verdict(&files, of, false);
         let should_pass = !cell.is_wrong() || reason.is_some();
-        // Defects that the steps show are found by `--verify`.
+        // If the steps of the job show a defect, `--verify` finds it.
         let is_told = reason.is_some_and(|reason| reason.contains("--verify")) && !format.ends_with("program");
         let is_told_wrong = is_told && is_right(&bench.verdict(&files, of, true));
         if is_right(&verdict) != should_pass || is_told_wrong {

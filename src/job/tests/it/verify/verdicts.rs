@@ -288,7 +288,7 @@ fn a_curve_is_looked_at_between_its_keys() {
     std::fs::write(&path, source.to_string()).unwrap();
     let verified = Verifier::new().files(files.source(), &path).unwrap();
     assert!(verified.max_error > 0.01, "{verified:?}");
-    // A curve equals itself.
+    // A file with curves equals itself.
     assert!(Verifier::new().files(&path, &path).unwrap().is_within(1e-6));
 }
 
@@ -325,7 +325,7 @@ fn a_joint_without_children_that_turns_is_looked_at() {
             "{extension}: {verified:?}"
         );
     }
-    // The same is true within a largest error.
+    // The verdict is the same for files that are written within a largest error.
     for extension in ["glb", "fbx", "mclip"] {
         let path = files.0.path().join(format!("smaller.{extension}"));
         Exporter::new().max_error(0.001).export(&files.scene(), &path).unwrap();
@@ -362,7 +362,7 @@ fn clips_in_another_order_are_those_of_their_names() {
         let verified = Verification::of(&source, &glb(&scene)).unwrap();
         assert!(verified.is_within(1e-5), "{order:?}: {verified:?}");
     }
-    // Exchanged names are a different case.
+    // `verify` finds the difference if the names of two clips are exchanged.
     scene.animations[0].name = "still".to_owned();
     scene.animations[1].name = "lying".to_owned();
     let verified = Verification::of(&source, &glb(&scene)).unwrap();
@@ -486,8 +486,8 @@ fn an_inverse_bind_matrix_in_a_stream_of_meshopt_is_read() {
     }
 }
 
-/// A copy records the same steps as its source: no step is between both. Another motion with the same steps is not its
-/// source.
+/// A copy records the same steps as its source, so no step lies between the two files. Another motion with the same
+/// steps is not its source.
 #[test]
 fn a_copy_of_a_written_file_is_what_its_source_is() {
     let files = Files::of_fixture("cmu_short.bvh");
@@ -684,7 +684,7 @@ fn a_unit_or_an_axis_that_a_file_states_otherwise_is_found() {
             ("metersPerUnit = 1\n", "metersPerUnit = 100\n", Some(FindingKind::Unit)),
             ("metersPerUnit = 1\n", "\n", Some(FindingKind::Unit)),
             ("upAxis = \"Y\"", "upAxis = \"Z\"", Some(FindingKind::UpAxis)),
-            // The default of USD.
+            // A file without the statement has USD's default, +Y.
             ("upAxis = \"Y\"", "", None),
             ("", "", None),
         ];

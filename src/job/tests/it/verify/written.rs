@@ -112,7 +112,7 @@ fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
     true
 }
 
-/// Markers that are hidden in the first frame are at one point there, which shows no unit.
+/// Markers that are hidden in the first frame are all at one point in this frame, which shows no unit.
 #[test]
 fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
     let text = "HIERARCHY\nROOT Markers\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n\
@@ -480,7 +480,7 @@ fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
         assert!(verified.is_within(1e-3), "{verified:?}");
     };
     accepted(&source, &written(&source, Format::Usd));
-    // The data that glTF has is the data that FBX has.
+    // The glTF file and the FBX file have the same joint matrices.
     let glb = importer.read(&written(&source, Format::Gltf), "a.glb").unwrap();
     let fbx = importer.read(&written(&source, Format::Fbx), "a.fbx").unwrap();
     let of_joints = |scene: &Scene| -> Vec<(String, Mat4)> {

@@ -1,4 +1,4 @@
-//! The folder outside of which no file is opened.
+//! The folder that confines all files: no file outside is opened.
 
 use std::fs;
 

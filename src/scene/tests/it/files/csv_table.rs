@@ -1,4 +1,4 @@
-//! Tables of text.
+//! Tests the reading of tables in CSV.
 
 use mocap_scene::files::{Records, is_csv_of_points, is_own_csv};
 

@@ -1,4 +1,4 @@
-//! Texts of numbers in less memory.
+//! Tests texts of numbers that are packed to take less memory.
 
 use std::fs;
 

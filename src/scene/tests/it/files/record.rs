@@ -1,4 +1,4 @@
-//! The record of outputs: what it believes, and how large it becomes.
+//! The record of outputs: which entries it trusts, and its size.
 
 use std::fs;
 use std::io::{self, Read};
@@ -10,7 +10,7 @@ fn record(folder: &Path) -> UserRecord {
     UserRecord::new(folder.join("mocap"), hash)
 }
 
-/// The bytes themselves: none of these tests depends on what the hash is.
+/// The bytes themselves, because no test here depends on the hash.
 fn hash(contents: &mut dyn Read) -> io::Result<(u64, String)> {
     let mut text = String::new();
     contents.read_to_string(&mut text)?;
@@ -33,7 +33,7 @@ fn a_file_is_known_by_its_path_and_its_bytes() {
     fs::write(&path, "motion").unwrap();
     assert_eq!(one.find(&path), RecordState::Unknown);
     note(&one, &path, b"motion");
-    // Another process that has read the record before sees what is new.
+    // A process that has read the record earlier sees the new entries.
     for record in [&one, &other] {
         assert_eq!(record.find(&path), unchanged());
     }
@@ -48,7 +48,7 @@ fn a_file_is_known_by_its_path_and_its_bytes() {
     assert_eq!(one.find(&copy), RecordState::Unknown);
 }
 
-/// It notes an output before it gets its name.
+/// The process records an output before the output gets its name.
 #[test]
 fn a_process_that_is_killed_leaves_the_former_output_known() {
     let folder = tempfile::tempdir().unwrap();
@@ -79,7 +79,7 @@ fn a_line_that_was_cut_off_spoils_no_other() {
     }
 }
 
-/// A user who makes the same outputs again and again has one line of each, and many outputs push the oldest out.
+/// If a user makes the same outputs repeatedly, the record has one line for each. Many outputs remove the oldest lines.
 #[test]
 fn the_record_stays_small_and_forgets_the_oldest() {
     let folder = tempfile::tempdir().unwrap();
@@ -93,13 +93,13 @@ fn the_record_stays_small_and_forgets_the_oldest() {
     };
     let line = |name: usize| format!(r#"{{"path":"/{name}","bytes":0,"sha256":"","from":[]}}"#) + "\n";
     let first = fs::read_to_string(&file).unwrap();
-    // One file 300,000 times.
+    // The record lists one file 300,000 times.
     fs::write(&file, first.clone() + &line(0).repeat(300_000)).unwrap();
     let next = record(folder.path());
     note(&next, Path::new("/new"), b"");
     assert_eq!(next.find(&path), unchanged());
     assert!(size() < 1 << 10, "{}", size());
-    // Many files.
+    // The record gets the lines of many files.
     for _ in 0..3 {
         let many: String = (0..300_000).map(line).collect();
         fs::write(&file, many).unwrap();

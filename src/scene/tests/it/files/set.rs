@@ -1,4 +1,4 @@
-//! Several files as one output.
+//! Tests outputs of several files: all are written, or none.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn two_files_are_replaced_together_or_not_at_all() {
         set.add(&text, [&b"new text"[..]]);
         set.save(&ReplacePolicy::default().force(true))
     };
-    // A folder has the name of the second file.
+    // A folder has the name of the second file, so that file cannot be written.
     fs::create_dir(&text).unwrap();
     assert!(write().is_err());
     assert_eq!(names(folder.path()), ["a.gltf"]);
@@ -57,7 +57,7 @@ fn renamed_files_are_restored() {
     );
 }
 
-/// Every file is asked for before the first is written, and no name leads out of the folder.
+/// Every file is checked before the first is written, and no name may lead out of the folder.
 #[test]
 fn a_set_is_checked_before_it_is_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,7 +129,7 @@ fn two_names_of_one_file_are_not_distinct() {
     }
 }
 
-/// What a device has taken cannot be taken back, so it gets its bytes last.
+/// Bytes that a device has received cannot be removed, so the device gets its bytes last.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_device_leaves_the_other_files() {

@@ -1,4 +1,4 @@
-//! Chains that reach a goal.
+//! Tests chains of joints that reach a goal.
 
 use mocap::glam::{DQuat, Mat4, Quat, Vec3};
 use mocap::scene::{Node, NodeId};
@@ -45,7 +45,7 @@ fn turned(bones: &[Vec3], rotations: &[Quat]) -> Pose {
     pose
 }
 
-/// The angle of a rotation; exact for small ones, unlike an arc cosine.
+/// The angle of a rotation. It is exact for small angles, unlike an arc cosine.
 fn angle(rotation: Quat) -> f32 {
     2.0 * rotation.xyz().length().atan2(rotation.w.abs())
 }
@@ -103,7 +103,8 @@ proptest! {
         }
     }
 
-    /// A chain may come to stand where no single joint's turn brings the end nearer, but not far off.
+    /// A chain may stop in a pose in which the rotation of no single joint brings the end nearer. Such a pose is near
+    /// the goal.
     #[test]
     fn a_goal_within_the_limits_is_approached(bones in bones(), rotations in prop::collection::vec((unit(), -0.5f32..0.5), 8)) {
         let rotations: Vec<Quat> = rotations.iter().map(|(axis, by)| Quat::from_axis_angle(*axis, *by)).collect();
@@ -139,7 +140,7 @@ fn a_rotation_and_half_a_weight() {
     (goal.position_weight, goal.rotation_weight) = (0.5, 0.5);
     pose.bend_chain(&nodes, &goal, &ChainOptions::default());
     assert!(pose.position(nodes[3]).distance(Vec3::new(2.0, 0.5, 0.0)) < 1e-3);
-    // Half of the rotation from the one that the chain gives it.
+    // Half of the rotation from the chain's own rotation to the rotation of the goal.
     let mut without = pose_of(&[Vec3::X, Vec3::X, Vec3::X]).0;
     let mut position = goal;
     position.rotation = None;

@@ -1,4 +1,4 @@
-//! Limbs that bend about a hinge.
+//! Tests limbs that bend about a hinge.
 
 use mocap::glam::{Quat, Vec3};
 use mocap_scene::ik::{bend_about_hinge, hinge_rotations, plane_normal};
@@ -12,7 +12,7 @@ fn unit() -> impl Strategy<Value = Vec3> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// Also a limb that is straight, of which only the hinge says how it bends.
+    /// A limb may also be straight. Then only the hinge shows the direction of the bend.
     #[test]
     fn a_goal_within_reach_is_reached(
         toward in unit(), other in unit(), goal in unit(), bend in 0f32..2.5, lengths in (0.05f32..2.0, 0.05f32..2.0), fraction in 0f32..=1.0,
@@ -30,13 +30,13 @@ proptest! {
         let knee = found.upper * joints[1];
         let end = knee + found.lower * (joints[2] - joints[1]);
         prop_assert!(end.distance(goal) < 1e-5, "{}", end.distance(goal));
-        // The second bone still bends about the hinge, to the right side.
+        // The second bone still bends about the hinge, in the right direction.
         let bent = knee.cross(end - knee);
         prop_assert!(bent.dot(old.reject_from_normalized(goal.normalize())) > -1e-5, "{bent}");
     }
 }
 
-/// Noise of a tenth of a millimetre to any side of a straight leg moves a knee that has to bend by little.
+/// Noise of 0.1 mm in any direction of a straight leg moves a knee that has to bend only a little.
 #[test]
 fn noise_does_not_turn_the_plane_of_a_straight_leg() {
     let (thigh, ankle, hinge) = (Vec3::Y, Vec3::ZERO, Vec3::X);
@@ -58,7 +58,7 @@ fn noise_does_not_turn_the_plane_of_a_straight_leg() {
     }
 }
 
-/// A knee that is bent, also to the back, keeps its plane; where the goal is the end, nothing changes.
+/// A bent knee keeps its plane, also if it bends backward. If the goal is the end of the limb, nothing changes.
 #[test]
 fn a_limb_that_is_seen_to_bend_keeps_its_plane() {
     for knee in [
@@ -72,7 +72,7 @@ fn a_limb_that_is_seen_to_bend_keeps_its_plane() {
         let found = bend_about_hinge(joints, Vec3::Y * 0.02, Vec3::X).unwrap();
         let moved = joints[0] + found.upper * (knee - joints[0]);
         let (before, after) = (knee.with_y(0.0), moved.with_y(0.0));
-        // The hinge counts by no more than MOST_OF_HINGE against the tenth of a metre that the knee is aside.
+        // The hinge has at most the weight MOST_OF_HINGE, and the knee is 0.1 m off the line.
         let most = (MOST_OF_HINGE as f32 * knee.distance(joints[0]) / 0.1).atan();
         assert!(
             after.length() > 0.1 && before.angle_between(after) < most + 1e-3,

@@ -1,4 +1,4 @@
-//! Limbs of two bones.
+//! Tests limbs of two bones that reach a goal.
 
 use mocap::glam::Vec3;
 use mocap_scene::ik::TwoBone;
@@ -12,7 +12,7 @@ fn unit() -> impl Strategy<Value = Vec3> {
     vector(1.0).prop_filter_map("no direction", Vec3::try_normalize)
 }
 
-/// Positions of an arm or leg of 0.1 to 4 m anywhere within 10 m, bent at any angle.
+/// The positions of an arm or leg of 0.1 to 4 m, within 10 m of the origin, bent at any angle.
 fn limb() -> impl Strategy<Value = [Vec3; 3]> {
     (vector(10.0), unit(), unit(), 0.05f32..2.0, 0.05f32..2.0)
         .prop_map(|(start, first, second, a, b)| [start, start + a * first, start + a * first + b * second])
@@ -22,7 +22,7 @@ fn lengths([start, middle, end]: [Vec3; 3]) -> (f32, f32) {
     (start.distance(middle), middle.distance(end))
 }
 
-/// Where the rotations put the middle and the end.
+/// The positions of the middle and of the end after the rotations.
 fn apply([start, middle, end]: [Vec3; 3], found: &TwoBone) -> [Vec3; 2] {
     let middle_now = start + found.upper * (middle - start);
     [middle_now, middle_now + found.lower * (end - middle)]
@@ -37,7 +37,7 @@ proptest! {
         let goal = joints[0] + toward * ((a - b).abs() + fraction * (a + b - (a - b).abs()));
         let found = TwoBone::solve(joints, goal, pole);
         let [middle, end] = apply(joints, &found);
-        // A hundredth of a millimetre: positions up to 24 m have 2e-6 of rounding.
+        // The tolerance is 0.01 mm. Positions up to 24 m have a rounding of 2e-6.
         prop_assert!(end.distance(goal) < 1e-5, "{}", end.distance(goal));
         prop_assert!(middle.distance(found.middle) < 1e-5 && end.distance(found.end) < 1e-5);
         prop_assert!(found.distance < 1e-5);
@@ -72,11 +72,11 @@ proptest! {
     fn a_goal_where_the_end_is_changes_nothing(joints in limb()) {
         let found = TwoBone::solve(joints, joints[2], None);
         let [middle, end] = apply(joints, &found);
-        // Near full stretch the middle is known as the root of the rounding only.
+        // Near full stretch, the error of the middle is the root of the rounding.
         prop_assert!(middle.distance(joints[1]) < 1e-3 && end.distance(joints[2]) < 1e-5);
     }
 
-    /// A small step of the goal is a small step of the limb, unless it is stretched or folded fully.
+    /// A small movement of the goal is a small movement of the limb, unless the limb is fully stretched or folded.
     #[test]
     fn it_is_continuous(joints in limb(), toward in unit(), fraction in 0.02f32..0.98, step in unit()) {
         let (a, b) = lengths(joints);

@@ -1,4 +1,4 @@
-//! Cube roots.
+//! Tests cube roots.
 
 use mocap_scene::math::cube_root::cube_root;
 

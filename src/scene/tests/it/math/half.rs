@@ -1,4 +1,4 @@
-//! Numbers of 16 bits.
+//! Tests 16-bit floats.
 
 use mocap_scene::math::half::{from_half, to_half};
 
@@ -10,7 +10,7 @@ fn every_number_of_16_bits_stays() {
             assert_eq!(to_half(value), bits, "{value}");
         }
     }
-    // Of IEEE 754: one, the least subnormal, the largest.
+    // Values of IEEE 754: one, the least subnormal number, and the largest number.
     assert_eq!(
         [0x3c00, 0x0001, 0x7bff].map(from_half),
         [1.0, 2.0_f32.powi(-24), 65_504.0]

@@ -1,4 +1,4 @@
-//! Convex hulls.
+//! Tests convex hulls.
 
 use mocap::glam::DVec2;
 use mocap_scene::math::hull::{area, convex_hull};

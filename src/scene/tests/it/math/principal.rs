@@ -1,4 +1,4 @@
-//! Principal axes.
+//! Tests principal axes of matrices.
 
 use mocap_scene::math::cholesky::dot;
 use mocap_scene::math::principal::{axes, products};

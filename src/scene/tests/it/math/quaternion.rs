@@ -1,4 +1,4 @@
-//! Exponentials, twists and means of rotations.
+//! Tests exponentials, twists and means of rotations.
 
 use mocap::glam::{Quat, Vec3};
 use mocap_scene::math::quaternion::{exp, log, log_without_branches, mean, nlerp, squared_angle, twist, twist_angle};

@@ -1,4 +1,4 @@
-//! Euler angles.
+//! Tests Euler angles in every order.
 
 mod lanes;
 
@@ -10,7 +10,7 @@ fn from_angles(order: RotationOrder, angles: [f64; 3]) -> DQuat {
     from_euler(order.axes().map(|axis| Axis::ALL[axis]).into_iter().zip(angles))
 }
 
-/// Straight from the definition of a rotation about an axis.
+/// The definition of a rotation about an axis.
 fn matrix(axis: Axis, degrees: f64) -> DMat3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     match axis {
@@ -47,13 +47,13 @@ fn angles_come_back_in_every_order() {
             [0.0, 130.0, -170.0],
         ] {
             let rotation = from_angles(order, angles);
-            // Near the angles themselves, these very angles.
+            // Near the given angles, the result has exactly these angles.
             let near = angles.map(|angle| angle + 7.0);
             let found = to_euler(rotation, order, near);
             for (angle, found) in std::iter::zip(angles, found) {
                 assert!((angle - found).abs() < 1e-9, "{order:?} {angles:?} {found}");
             }
-            // From anywhere else, angles of an equal rotation.
+            // From any other start, the angles give an equal rotation.
             let again = from_angles(order, to_euler(-rotation, order, [0.0; 3]));
             assert!(again.dot(rotation).abs() > 1.0 - 1e-12, "{order:?} {angles:?}");
         }
@@ -97,7 +97,7 @@ fn a_smooth_motion_has_smooth_angles() {
 fn the_sign_is_that_of_the_matrix_quaternion() {
     let sign = |axis, degrees| with_assimp_sign(from_euler([(axis, degrees)].into_iter()));
     assert!(sign(Axis::Z, 100.0).w > 0.0);
-    // Trace 1 + 2 cos 130 is negative: the largest of x, y, z turns positive.
+    // The trace 1 + 2 cos 130 is negative. So the largest of x, y, z becomes positive.
     assert!(sign(Axis::Z, 130.0).z > 0.0 && sign(Axis::Z, -130.0).z > 0.0);
     assert!(sign(Axis::Z, -130.0).w < 0.0);
     assert!(sign(Axis::X, 359.0).w > 0.0);

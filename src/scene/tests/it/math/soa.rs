@@ -1,4 +1,4 @@
-//! Vectors and rotations side by side.
+//! Tests vectors and rotations as structures of arrays.
 
 mod rotation;
 

@@ -1,4 +1,4 @@
-//! Turns from one up axis to another.
+//! Tests rotations from one up axis to another.
 
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::UpAxis;
@@ -25,7 +25,7 @@ fn what_points_up_still_does() {
     let [y_to_z, z_to_y] = [from_to(UpAxis::Y, UpAxis::Z), from_to(UpAxis::Z, UpAxis::Y)];
     assert_eq!(y_to_z.transform_vector3(Vec3::Y), Vec3::Z);
     assert_eq!(z_to_y.transform_vector3(Vec3::Z), Vec3::Y);
-    // X stays, so that left and right are not swapped.
+    // X does not change, so left and right are not swapped.
     assert_eq!(z_to_y.transform_vector3(Vec3::X), Vec3::X);
     assert_eq!(
         turn_to_y_up(UpAxis::Z).as_quat(),

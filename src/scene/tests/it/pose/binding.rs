@@ -1,4 +1,4 @@
-//! Channels and the joints that they drive.
+//! Tests which joints a channel drives.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -17,7 +17,7 @@ fn node(name: &str, kind: NodeKind, parent: Option<u32>, offset: Vec3) -> Node {
     }
 }
 
-/// A channel as a BVH joint with rotation channels has it: one position key, its OFFSET.
+/// A channel of a BVH joint with rotation channels only. It has one position key, its OFFSET.
 fn channel(node_name: &str, offset: Vec3) -> Channel {
     Channel {
         node_name: node_name.into(),
@@ -36,7 +36,7 @@ fn clip(channels: Vec<Channel>) -> Animation {
     }
 }
 
-/// hip - spine - spine - (end site "spine"), and a tail on the hip.
+/// hip - spine - spine - (end site "spine"), and a tail as a child of the hip.
 fn scene() -> Scene {
     Scene {
         nodes: vec![
@@ -81,11 +81,11 @@ fn a_channel_that_knows_its_node_leaves_the_others_of_its_name_to_those_that_do_
     let [a, b, c] = [1.0, 2.0, 3.0].map(Vec3::splat);
     let mut animation = clip(vec![channel("spine", a), channel("spine", b), channel("spine", c)]);
     animation.channels[0].node = Some(NodeId(2));
-    // An end site, which no name reaches.
+    // No name identifies this end site.
     animation.channels[1].node = Some(NodeId(3));
     let binding = Binding::new(&scene(), &animation);
     assert_eq!(driven(&binding, &animation), [(2, a), (3, b), (1, c)]);
-    // The ids of another scene are not taken for ids of this one.
+    // Ids of another scene must not be used as ids of this scene.
     for stale in [NodeId(0), NodeId(9)] {
         animation.channels[0].node = Some(stale);
         let binding = Binding::new(&scene(), &animation);
@@ -104,7 +104,7 @@ fn another_skeleton_keeps_its_proportions_and_takes_the_root_motion() {
         channel("Tail", Vec3::splat(9.0)),
         channel("Head", Vec3::splat(9.0)),
     ]);
-    // The tail really moves: that is motion, not proportion.
+    // The tail really moves, so this is motion, not proportion.
     animation.channels[2].position_keys = Keys::every_tick(vec![Vec3::Z, Vec3::X]);
     let names = HashMap::from([("Hips", "hip"), ("Spine", "spine"), ("Tail", "tail")]);
     let binding = Binding::onto(&scene(), &animation, |name| names.get(name).copied().unwrap_or(name));
@@ -115,7 +115,7 @@ fn another_skeleton_keeps_its_proportions_and_takes_the_root_motion() {
     assert_eq!(binding.channels_without_node, [3]);
     assert_eq!(binding.joints_without_channel, [NodeId(2)]);
 
-    // A map may also make names up.
+    // A map may also produce new names.
     let binding = Binding::onto(&scene(), &animation, str::to_lowercase);
     assert_eq!(driven(&binding, &animation), [(1, Vec3::Y), (4, Vec3::Z)]);
 }
@@ -137,7 +137,7 @@ fn a_joint_under_a_group_is_a_root() {
 
 #[test]
 fn tracks_without_keys_leave_the_rest_transform_alone() {
-    // Sheared, as no translation, rotation and scale can be.
+    // This matrix is sheared, so no translation, rotation and scale can express it.
     let sheared = Mat4::from_cols_array(&[
         1.0, 0.0, 0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0,
     ]);

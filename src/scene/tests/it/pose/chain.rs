@@ -1,4 +1,4 @@
-//! The matrices of a chain, each apart, against matrices that the tests make of the text of the file.
+//! The separate matrices of a chain, compared with matrices that the tests compute from the text of the file.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use mocap::{ChainMatrix, Code, Importer, Pose, Scene};
 
 use crate::kinematics::{Capture, Column, Matrix, Placement, Root, multiply, turn};
 
-/// One in a million of numbers of single precision, whose factors have one each.
+/// One part in a million for numbers of single precision. Each factor has one rounding.
 const ROUNDING: f64 = 2e-6;
 
 fn import(name: &str) -> (Scene, Capture) {
@@ -47,8 +47,8 @@ fn assert_matrix(part: &ChainMatrix, found: Mat4, expected: Placement, scale: f6
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Six orders of channels, moving positions, end sites: each L and each J, and their product so far, are those of the
-/// columns; and the angles are a rotation again.
+/// Six orders of channels, moving positions and end sites. Each L, each J and each partial product equals the values of
+/// the columns, and the angles give the rotation again.
 #[test]
 fn each_matrix_is_that_of_its_columns() {
     for name in ["lecture_Test", "cmu_mixed_rotation_orders", "mocopi_jump_six_channels"] {
@@ -114,7 +114,7 @@ fn each_matrix_is_that_of_its_columns() {
     }
 }
 
-/// T(P) R(50) T(2,0) R(100) T(1.5,0) R(80), a plane: the numbers of the lecture's last row, computed by hand.
+/// T(P) R(50) T(2,0) R(100) T(1.5,0) R(80) in a plane: the numbers of the lecture's last row, computed by hand.
 #[test]
 fn the_arm_of_the_lecture_has_its_own_angles() {
     let (scene, _) = import("lecture_Test");
@@ -149,7 +149,7 @@ fn a_joint_that_is_not_there_is_said() {
     assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean \"Wrist\"?"));
 }
 
-/// A group above the root counts where it moves, and alone it is a chain.
+/// A group above the root counts if it moves. A group alone is a chain.
 #[test]
 fn a_group_counts_where_it_moves() {
     let group = |transform: Mat4| Node {
@@ -181,7 +181,7 @@ fn a_group_counts_where_it_moves() {
     }
 }
 
-/// By serde a matrix is its rows.
+/// serde writes a matrix as its rows.
 #[test]
 fn the_json_has_rows() {
     let (scene, _) = import("lecture_Test");

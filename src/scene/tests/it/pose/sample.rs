@@ -1,4 +1,4 @@
-//! Values of keys at a tick.
+//! Tests the values of keys at a tick.
 
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
@@ -7,7 +7,7 @@ use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Channel, Keys};
 use proptest::prelude::*;
 
-/// Written out here rather than taken from glam, as the keys of a file are.
+/// A rotation about Z. The test computes it without glam, in the same way as the keys of a file are computed.
 fn about_z(degrees: f64) -> Quat {
     let (sin, cos) = (degrees.to_radians() / 2.0).sin_cos();
     Quat::from_xyzw(0.0, 0.0, sin as f32, cos as f32)
@@ -74,8 +74,8 @@ fn rotations_turn_evenly() {
 
 #[test]
 fn rotations_take_the_shorter_way() {
-    // From 10 to 350 degrees it is 20 degrees backwards, not 340 forwards; and a negated quaternion is an equal
-    // rotation.
+    // From 10 to 350 degrees, the interpolation goes 20 degrees backward, not 340 degrees forward. A negated quaternion
+    // is the same rotation.
     for end in [about_z(350.0), -about_z(350.0)] {
         let middle = Keys::every_tick(vec![about_z(10.0), end]).sample(0.5).unwrap();
         assert!(middle.abs_diff_eq(Quat::IDENTITY, 1e-6), "{middle}");
@@ -211,7 +211,7 @@ proptest! {
         let tick = tick % (values.len() - 1) as f64;
         let (from, to) = (values[tick as usize], values[tick as usize + 1]);
         let turned = Keys::every_tick(values).sample(tick).unwrap();
-        // An angle comes from an arc cosine here, which near 1 tells angles below 1e-3 apart no more.
+        // This angle comes from an arc cosine, which cannot distinguish angles below 1e-3.
         let (found, expected) = (from.angle_between(turned), tick.fract() as f32 * from.angle_between(to));
         prop_assert!((found - expected).abs() < 2e-3, "{found} of {expected}");
         prop_assert!((turned.length() - 1.0).abs() < 1e-5);

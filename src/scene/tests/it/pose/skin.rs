@@ -1,4 +1,4 @@
-//! Vertices that follow their bones.
+//! Tests that vertices follow their bones.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -6,7 +6,7 @@ use mocap::glam::{Mat4, Vec3};
 use mocap::scene::{Bone, Mesh, Node, NodeId, VertexWeight};
 use mocap::{Pose, Scene};
 
-/// An arm along X, of two bones of length 1, with a vertex on each, one between, and one without a weight.
+/// An arm along X with two bones of length 1. One vertex is on each bone, one is between them, and one has no weight.
 #[test]
 fn vertices_follow_their_bones() {
     let upper = Node::default();

@@ -1,4 +1,4 @@
-//! Tracks that become one key.
+//! Tests which tracks are reduced to one key.
 
 use mocap::Scene;
 use mocap::glam::{Quat, Vec3};

@@ -1,4 +1,4 @@
-//! The bones of a humanoid.
+//! Tests the names and the parents of the bones of a humanoid.
 
 use mocap::scene::HumanoidBone;
 

@@ -1,8 +1,8 @@
-//! Layouts of joints.
+//! Tests the layouts of joints in arrays.
 
 use mocap_scene::scene::joint_tables::{Joint, g1, mhr, smpl, soma};
 
-/// Parents and the order of some joints, as the publishers of the formats state them.
+/// The parents and the order of some joints, as the publishers of the formats state them.
 #[test]
 fn layouts_are_the_published_ones() {
     for (joints, count) in [

@@ -1,4 +1,4 @@
-//! Names in JSON.
+//! Tests the names of metadata in JSON.
 
 use mocap::Format;
 use mocap::scene::{Assumption, Topic};

@@ -1,4 +1,4 @@
-//! Inertia of links.
+//! Tests the inertia of a robot's links.
 
 use mocap::glam::{DMat3, DQuat, DVec3, EulerRot};
 use mocap::scene::robot::{Inertial, Placement};

@@ -29,7 +29,7 @@ const fn right(name: &'static str, change: fn(&mut Scene)) -> Kind {
     }
 }
 
-/// 30 degrees.
+/// An angle of 30 degrees, in radians.
 const TURN: f32 = std::f32::consts::FRAC_PI_6;
 
 fn channel<'a>(scene: &'a mut Scene, joint: &str) -> &'a mut Channel {
@@ -150,7 +150,7 @@ pub(super) const KINDS: &[Kind] = &[
     wrong("one key of a rotation, Z", |scene| {
         turn(scene, "RightArm", 74..75, Quat::from_rotation_z(TURN))
     }),
-    wrong("a forearm turned about itself, its hand back", |scene| {
+    wrong("a forearm rolled, and its hand rolled back", |scene| {
         let hand = node(scene, "LeftHand").transform.w_axis.truncate();
         let about_itself = Quat::from_axis_angle(hand.normalize(), TURN);
         turn(scene, "LeftForeArm", 30..40, about_itself);
@@ -323,7 +323,7 @@ pub(super) const KINDS: &[Kind] = &[
             .for_each(|key| *key *= 1.05);
     }),
     wrong("a tenth larger", |scene| lengthen(scene, 1.1)),
-    wrong("a thousandth larger, of a figure and its path", |scene| {
+    wrong("a figure and its path, larger by two thousandths", |scene| {
         lengthen(scene, 1.002)
     }),
     wrong("twice as large", |scene| lengthen(scene, 2.0)),

@@ -1,4 +1,4 @@
-//! Keys of rotations, many at once.
+//! Tests that many rotations, computed at once, equal single rotations.
 
 use mocap::glam::Quat;
 use mocap_scene::math::rotation::lanes::{LANES, Lanes, fill, fill_lanes, sin_cos_of_half};
@@ -28,12 +28,13 @@ fn a_key_is_that_of_one_rotation_after_the_other() {
     ] {
         for _ in 0..5_000 {
             let rotations = order.map(|axis| {
-                // No fraction of a turn, so that every part of the circle is met.
+                // The step is no fraction of a turn, so all parts of the circle occur.
                 angle += 0.377;
                 (Axis::ALL[axis], angle % 1_000.0 - 500.0)
             });
             let expected = with_assimp_sign(from_euler(rotations.into_iter()));
-            // Half a unit in the last digit, and once more where the two fall on different sides of a rounding.
+            // The error is half a unit in the last digit. It doubles if the two values are on different sides of a
+            // rounding.
             assert!(
                 key(&rotations).abs_diff_eq(expected, f32::EPSILON / 2.0),
                 "{rotations:?}"
@@ -45,11 +46,12 @@ fn a_key_is_that_of_one_rotation_after_the_other() {
 #[test]
 fn sine_and_cosine_are_those_of_the_standard_library() {
     for step in -200_000..=200_000 {
-        // 0.37 degrees are no fraction of a turn, so that every part of the circle is met.
+        // 0.37 degrees are no fraction of a turn, so all parts of the circle occur.
         let degrees: Lanes = Lanes::of(|lane| f64::from(step) * 0.37 + lane as f64 * 0.043);
         let (sin, cos) = sin_cos_of_half(degrees);
         for lane in 0..LANES {
-            // In -360 to 360, without an error; as radians it is rounded twice, by 7e-16 at most.
+            // The reduction to the range -360 to 360 has no error. The conversion to radians rounds twice, by at most
+            // 7e-16.
             let angle = degrees.0[lane] - 720.0 * (degrees.0[lane] / 720.0).round();
             let (expected_sin, expected_cos) = (0.5 * angle).to_radians().sin_cos();
             assert!((sin.0[lane] - expected_sin).abs() < 1e-15, "{}", degrees.0[lane]);

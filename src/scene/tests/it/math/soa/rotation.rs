@@ -1,4 +1,4 @@
-//! Rotations side by side.
+//! Tests rotations as structures of arrays.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -21,7 +21,7 @@ fn the_shortest_rotations_turn_about_the_cross_product_by_the_angle() {
     let to = angles.map(|angle| 7.0 * (from * angle.cos() + aside * angle.sin()));
     let found = Rotations::arc(Vectors::all(from.to_array()), Vectors::of(|lane| to[lane].to_array()));
     for (lane, to) in to.into_iter().enumerate() {
-        // glam's own arc is the identity within 0.04 degrees.
+        // glam's own arc is the identity for angles within 0.04 degrees.
         let (from, to) = (from.as_dvec3(), to.as_dvec3());
         let axis = from.cross(to);
         let angle = axis.length().atan2(from.dot(to));

@@ -283,7 +283,7 @@ pub(super) const PLANTS: &[Plant] = &[
         })
     }),
     of_walk("file: an offset scaled", USD, |files| {
-        // Only in one frame.
+        // Changes the value in one frame only.
         usd(files, |text| {
             in_list(text, "translations.timeSamples", |index, value| {
                 if index > 5 { value * 0.5 } else { value }
