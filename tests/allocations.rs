@@ -22,16 +22,17 @@ thread_local! {
 }
 
 // SAFETY: every call goes unchanged to the system's allocator. The default `realloc` and `alloc_zeroed` call `alloc`,
-// so they are counted too.
+// so these calls are counted too.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the rules of `GlobalAlloc::alloc`, which are the system's.
+        // SAFETY: the caller keeps the rules of `GlobalAlloc::alloc`, which are also the rules of the system's
+        // allocator.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` comes from `alloc` above, thus from the system.
+        // SAFETY: `pointer` comes from `alloc` above, and so from the system's allocator.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
@@ -45,7 +46,7 @@ fn allocations_of(work: impl FnOnce()) -> usize {
     ALLOCATIONS.get() - before
 }
 
-/// A chain of 30 joints that all turn, half of them with a tick written beside each key.
+/// A chain of 30 joints that all rotate. Half of them have a tick for each key.
 fn chain() -> Scene {
     let mut scene = Scene::default();
     let mut animation = Animation {

@@ -1,6 +1,6 @@
-//! What an import takes from the machine follows from the bytes that are there, not from the counts that they claim.
+//! The memory of an import depends on the bytes that the file has, not on the counts that the file states.
 //!
-//! The allocator counts for the whole process, so all cases stand in one test.
+//! The allocator counts for the whole process, so all cases are in one test.
 
 #[path = "memory/containers.rs"]
 mod containers;
@@ -16,26 +16,27 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Bytes of memory for a byte of input, without and with a skeleton mesh.
+/// Bytes of memory for each byte of input, without and with a skeleton mesh.
 ///
-/// The densest input is a joint in 20 characters, `ROOT a{OFFSET 0 1 0}`, which becomes a node and a channel of some
-/// 500 bytes while it is read. The mesh adds the pointer on its parent (12 vertices with normals and indices, 336
-/// bytes) and its own knob (24 vertices, 672 bytes). While the mesh is made, the corners of both are there too.
+/// The densest input is a joint in 20 characters, `ROOT a{OFFSET 0 1 0}`. The reader makes a node and a channel of some
+/// 500 bytes from it. The mesh adds a pointer on the joint's parent (12 vertices with normals and indices, 336 bytes)
+/// and the joint's own knob (24 vertices, 672 bytes). During the construction of the mesh, the corners of both are also
+/// in memory.
 const FACTORS: [(SkeletonMesh, usize); 2] = [(SkeletonMesh::None, 32), (SkeletonMesh::Segmented, 128)];
 
-/// Bytes of memory for a byte of any input: what `SECURITY.md` promises.
+/// Bytes of memory for each byte of any input, as `SECURITY.md` promises.
 const PROMISED: usize = 64;
 
-/// Bytes of memory for a value of the motion and for a node, which `SECURITY.md` promises beside: few bytes can state
-/// many of both.
+/// Bytes of memory for a value of the motion and for a node. `SECURITY.md` promises this in addition, because few bytes
+/// can state many values and nodes.
 const OF_VALUE: usize = 64;
 const OF_NODE: usize = 1024;
 
-/// What every import may take, however small the file: tables, messages, the growth of the first lists.
+/// Bytes that every import may use, however small the file: tables, messages, and the growth of the first lists.
 const BASE: usize = 64 * 1024;
 
-/// Imports `bytes`. Returns the peak of memory beyond what was in use before, and what the motion may take beside its
-/// bytes.
+/// Imports `bytes`. Returns the peak of the additional memory, and the memory that the values and nodes of the motion
+/// may use.
 fn peak(importer: &Importer, bytes: &[u8], name: &str) -> (usize, usize) {
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();
@@ -44,7 +45,7 @@ fn peak(importer: &Importer, bytes: &[u8], name: &str) -> (usize, usize) {
     (peak, result.as_ref().map_or(0, allowed))
 }
 
-/// What the values and the nodes of a motion may take.
+/// The memory that the values and the nodes of a motion may use.
 fn allowed(scene: &Scene) -> usize {
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
     let keys = channels.map(|channel| {
@@ -54,7 +55,7 @@ fn allowed(scene: &Scene) -> usize {
             channel.scaling_keys.values.len(),
         ]
     });
-    // A key is three numbers of the file.
+    // A key has three numbers of the file.
     let values = 3 * keys.flatten().sum::<usize>();
     OF_VALUE * values + OF_NODE * scene.nodes.len()
 }
@@ -171,7 +172,7 @@ fn claims() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// A packed clip without motion, which states as many frames.
+/// A packed clip without motion that states this number of frames.
 fn frames_of_a_still_clip(frames: u32) -> Vec<u8> {
     let text = "HIERARCHY ROOT a { OFFSET 0 1 0 CHANNELS 1 Zrotation } MOTION Frames: 2 Frame Time: 1 5 5";
     let scene = Importer::new().read(text.as_bytes(), "still.bvh").unwrap();
@@ -182,10 +183,10 @@ fn frames_of_a_still_clip(frames: u32) -> Vec<u8> {
     bytes
 }
 
-/// A dance whose few keys state many frames.
+/// A dance with few keys that state many frames.
 fn few_keys_of_many_frames() -> Vec<u8> {
     let mut dance = fs::read("fixtures/made/dancer.vmd").unwrap();
-    // Keys of bones follow the header and their number. Each has 111 bytes, with the frame behind the name.
+    // The keys of bones follow the header and the number of keys. Each key has 111 bytes: the name, then the frame.
     let keys = usize::from(dance[50]);
     for key in dance[54..].chunks_exact_mut(111).take(keys) {
         let frame = u32::from_le_bytes(key[15..19].try_into().unwrap());
@@ -194,7 +195,7 @@ fn few_keys_of_many_frames() -> Vec<u8> {
     dance
 }
 
-/// A packed clip that is open takes less than 64 KiB beside its file, and sampling it takes nothing.
+/// An open packed clip uses less than 64 KiB in addition to its file, and sampling allocates nothing.
 fn hold_a_packed_clip(failures: &mut String) {
     let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
     mocap::Conversion::new().apply(&mut scene).unwrap();
@@ -214,7 +215,7 @@ fn hold_a_packed_clip(failures: &mut String) {
     }
 }
 
-/// What a command takes beside the keys of a long take.
+/// The memory of commands with a long take, in addition to the keys.
 fn hold_long_takes(failures: &mut String) {
     for (name, most, noise, run) in long_takes::CASES {
         let scene = long_takes::take(noise);
@@ -229,12 +230,12 @@ fn hold_long_takes(failures: &mut String) {
     }
 }
 
-/// The start of a C3D file, with 65,535 points in a frame, of which none is there.
+/// The start of a C3D file that states 65,535 points in a frame and has none of them.
 fn many_points() -> Vec<u8> {
     let mut bytes = fs::read("fixtures/real/optotrak.c3d").unwrap();
     bytes.truncate(5310);
     let used = bytes.windows(4).position(|four| four == b"USED").unwrap();
-    // Behind the name: the way to the next parameter, the type, the number of dimensions.
+    // After the name: the offset of the next parameter, the type, and the number of dimensions.
     bytes[used + 8..][..2].copy_from_slice(&[0xFF, 0xFF]);
     bytes
 }
@@ -257,7 +258,7 @@ fn memory_is_a_small_multiple_of_the_input() {
         }
     };
     let endless = Limits::new()
-        // A long name may stand in as many nodes as have it for a parent, so this limit is what bounds memory.
+        // A long name may occur in each child of its node, so this limit bounds the memory.
         .max_name_bytes(Limits::default().max_name_bytes)
         .max_bytes(u64::MAX)
         .max_nodes(usize::MAX)

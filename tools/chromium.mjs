@@ -1,4 +1,4 @@
-// How the checks of this folder start Chromium.
+// How the checks of this folder start Chromium and take pictures.
 
 import { execFileSync } from "node:child_process";
 
@@ -17,3 +17,10 @@ export const launchOptions = () => ({
     "--disable-sync",
   ],
 });
+
+/** Saves what a page shows as a PNG file. With 128 colours it has a third of the bytes. */
+export async function savePicture(page, path) {
+  const input = await page.screenshot();
+  const colors = "split[a][b];[a]palettegen=max_colors=128:stats_mode=full[p];[b][p]paletteuse=dither=none";
+  execFileSync("ffmpeg", ["-v", "error", "-y", "-f", "png_pipe", "-i", "-", "-vf", colors, "-frames:v", "1", "-update", "1", "-pred", "none", path], { input });
+}

@@ -5,13 +5,14 @@ use std::fs;
 
 use crate::source::{Crossing, Source, crossings, sources};
 
-/// The packages from the bottom up. A package imports only packages of earlier lines, and in tests of its own line.
+/// The packages from the bottom up. A package imports only packages of earlier lines. Its tests may also import
+/// packages of its own line.
 const LINES: &str = "scene, compress figure, formats solve, io edit, retarget render, corpus, job, cli";
-/// Files with more than 450 lines of code. A new one is a table, or it is two files.
+/// Files with more than 450 lines of code. A new file of this size must be a table, or be split.
 const LONG: &str = "src/figure/names/words.rs src/formats/bvh/read/rows.rs src/formats/bvh/read/scene.rs";
-/// Names that say nothing.
+/// Vague names of modules.
 const VAGUE: [&str; 4] = ["util", "common", "helper", "manager"];
-/// Code that only these files and folders contain.
+/// Code that is only allowed in these files and folders.
 const ONLY_IN: &[(&str, &str)] = &[
     ("allow(unsafe_code", "src/scene/math/wide.rs"),
     ("#[path", "src/formats/fbx.rs"),
@@ -26,11 +27,11 @@ const ONLY_IN: &[(&str, &str)] = &[
         "src/cli src/job/build.rs src/render/build.rs",
     ),
     (".unwrap() dbg! _str!(\"../.. _bytes!(\"..", "no file"),
-    // The manifests switch unit tests off: one would never run. What tests need is for them alone.
+    // The manifests disable unit tests, so a unit test would never run. Only tests may use the items in `internals`.
     ("#[test] cfg(test internals::", "no file"),
 ];
 
-/// Fails for what was found and is not in the list of exceptions, and for exceptions that are no longer needed.
+/// Fails for a violation that is not in the list of exceptions, and for an exception without a violation.
 pub(super) fn compare(rule: &str, found: &BTreeSet<String>, exceptions: &str) {
     let known = exceptions.split_whitespace().map(str::to_owned).collect();
     let changed: Vec<&String> = found.symmetric_difference(&known).collect();
@@ -60,7 +61,7 @@ fn packages_import_lower_lines_and_have_every_profile() {
                 found.insert(format!("{table} lacks mocap-{own}"));
             }
         }
-        // A line says what to change in the package, and what never.
+        // A line states what to change in the package, and what never to do.
         let readme = fs::read_to_string(format!("src/{own}/README.md")).unwrap();
         let rule = readme.lines().find(|line| line.contains("; never ")).expect(own);
         let has = |part: &str| manifest.contains(part);
@@ -70,7 +71,7 @@ fn packages_import_lower_lines_and_have_every_profile() {
             ));
         }
     }
-    // `lib.rs` is the front door.
+    // `lib.rs` of the root is the library that re-exports the packages.
     let entries = fs::read_dir("src").unwrap().count();
     assert_eq!(entries, packages(0).count() + 1, "a package is not in LINES");
     compare("packages import lower lines and are in every profile", &found, "");
@@ -81,7 +82,8 @@ fn modules_import_without_circles() {
     let sources = sources();
     let edge = |crossing: Crossing<'_>| (crossing.from.join("/"), crossing.to.join("/"));
     let mut edges: BTreeSet<(String, String)> = crossings(&sources).into_iter().map(edge).collect();
-    // Modules that import no other, or that no other imports, go round by round. What stays is on or between circles.
+    // Removes modules without imports and modules that nobody imports, round by round. The remaining modules are on
+    // cycles, or between cycles.
     let mut before = 0;
     while before != edges.len() {
         before = edges.len();

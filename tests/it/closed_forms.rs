@@ -1,4 +1,4 @@
-//! The kinematics that the other tests trust, against closed forms.
+//! Compares the kinematics that other tests trust with closed forms.
 
 use crate::kinematics::{Capture, Root, distance, multiply, turn};
 
@@ -12,7 +12,8 @@ fn the_lecture_chain_stands_where_the_sum_of_angles_puts_it() {
     assert_eq!(capture.rows.len(), 10);
     assert_eq!(capture.frame_time, 0.1);
 
-    // All rotations are about z, so in a plane: each link of length l at the angle summed so far adds l (cos, sin).
+    // All rotations are about z, so the links are in a plane. Each link adds l (cos, sin), with its length l and the
+    // sum of the angles so far.
     for frame in 0..10 {
         let n = (frame + 1) as f64;
         let (mut x, mut y, mut angle) = (0.1 * n, 0.02 * frame as f64, 0.0_f64);
@@ -34,7 +35,8 @@ fn the_lecture_chain_stands_where_the_sum_of_angles_puts_it() {
 
 #[test]
 fn a_turn_takes_each_axis_to_the_next() {
-    // 90 degrees about z takes x to y, about x takes y to z, about y takes z to x: the columns of the matrices.
+    // A rotation by 90 degrees about z moves x to y, about x moves y to z, and about y moves z to x. These are the
+    // columns of the matrices.
     let quarter = |axis, column: usize| turn(axis, 90.0).map(|row: [f64; 3]| row[column].round());
     assert_eq!(quarter(2, 0), [0.0, 1.0, 0.0]);
     assert_eq!(quarter(0, 1), [0.0, 0.0, 1.0]);
@@ -43,8 +45,8 @@ fn a_turn_takes_each_axis_to_the_next() {
 
 #[test]
 fn rotations_multiply_in_the_order_written() {
-    // Z then X, both quarter turns: the innermost is X, so (0, 1, 0) goes to (0, 0, 1), which Z leaves alone. In the
-    // other order Z takes it to (-1, 0, 0), which X leaves alone.
+    // Z then X, both by 90 degrees. X is applied first and moves (0, 1, 0) to (0, 0, 1), which Z does not change. In
+    // the other order, Z moves the vector to (-1, 0, 0), which X does not change.
     let y = |matrix: [[f64; 3]; 3]| matrix.map(|row| row[1].round());
     assert_eq!(y(multiply(turn(2, 90.0), turn(0, 90.0))), [0.0, 0.0, 1.0]);
     assert_eq!(y(multiply(turn(0, 90.0), turn(2, 90.0))), [-1.0, 0.0, 0.0]);

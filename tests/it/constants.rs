@@ -1,8 +1,8 @@
-//! Each number that decides something stands on a line of its own, with its unit and its reason.
+//! Each constant has its own line, with its unit and its reason.
 
 use crate::source::sources;
 
-/// Words of which the comment of a fractional number has one: its unit, or what it is a number of.
+/// The comment of a fractional number must have one of these words: its unit, or the kind of the number.
 const UNITS: &str = "1/m 1/rad Hz angle bytes chord coefficients cosine cosines degree degrees deviation deviations \
     difference distance exponent factor factors fraction frames length lengths log-odds logarithm m/m m/s metre metres \
     multiple number numbers opacity parts part percentile pixels points quotient radian radians ratio ratios rounding \
@@ -10,7 +10,7 @@ const UNITS: &str = "1/m 1/rad Hz angle bytes chord coefficients cosine cosines 
     weights width height infinities quaternion rate rates ticks share component alpha inch bits decimals \
     newtons coefficient scale fractions integer mantissa cost half unit linear minutes tick chords";
 
-/// What connects a number with its reason, its source, or what it applies to.
+/// Words that connect a number with its reason, its source, or its use.
 const REASONS: [&str; 22] = [
     ": ",
     "; ",
@@ -36,11 +36,11 @@ const REASONS: [&str; 22] = [
     " within ",
 ];
 
-/// Words of the comment of a whole number, at least: what is counted, and why so many.
+/// The smallest number of words in the comment of a whole number: what is counted, and why so many.
 const FEWEST_WORDS: usize = 3;
 
-/// Why the constant on a line is not documented; `None` where it is, and for any other line. Whole numbers of a fixed
-/// width are codes, masks and versions of formats, without a unit.
+/// The missing part of the comment of a constant on a line; `None` if nothing is missing, and for any other line. Whole
+/// numbers of a fixed width are codes, masks and versions of formats, without a unit.
 fn problem(lines: &[&str], line: usize) -> Option<&'static str> {
     let (before, code) = lines[line].split_once("const ")?;
     if !before.trim().is_empty() && !before.trim().starts_with("pub") {

@@ -1,5 +1,5 @@
-//! Parts of motion files, for claims that need no long motion: a test of the first second costs a hundredth of one of a
-//! whole take.
+//! Parts of motion files, for tests that need no long motion. A test of the first second takes a hundredth of the time
+//! of a whole take.
 
 use std::fs;
 use std::ops::Range;
@@ -28,7 +28,7 @@ pub(crate) fn frames(text: &str, kept: Range<usize>) -> String {
     cut
 }
 
-/// How many rows of numbers a BVH file has.
+/// The number of rows in a BVH file.
 pub(crate) fn count(text: &str) -> usize {
     let rows = text
         .lines()
@@ -36,14 +36,15 @@ pub(crate) fn count(text: &str) -> usize {
     rows.skip(1).filter(|row| !row.trim().is_empty()).count()
 }
 
-/// The text of a file of the fixtures with its first frames.
+/// The text of a fixture with its first frames.
 pub(crate) fn first_frames(file: &str, frames: usize) -> String {
     let text = fs::read_to_string(format!("{ROOT}/fixtures/{file}")).unwrap();
     let frames = frames.min(count(&text));
     self::frames(&text, 0..frames)
 }
 
-/// With as many frames from anywhere, as the seed chooses; all of them with `MOCAP_ALL`.
+/// The text of a fixture with this number of successive frames, from a place that the seed chooses. With `MOCAP_ALL`,
+/// all frames.
 pub(crate) fn some_frames(random: &mut Sample, file: &str, frames: usize) -> String {
     let text = fs::read_to_string(format!("{ROOT}/fixtures/{file}")).unwrap();
     let all = count(&text);

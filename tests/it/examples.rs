@@ -1,4 +1,4 @@
-//! The programs of `examples/` on the lecture's file, whose motion has a closed form.
+//! Runs the programs of `examples/` on the lecture's file, whose motion has a closed form.
 
 use mocap::glam::Vec3;
 
@@ -20,10 +20,10 @@ mod update_loop;
 
 const LECTURE: &str = "fixtures/real/lecture_Test.bvh";
 
-/// The lecture's arm in frame `frame`, from 0: name, x and y of each node. Nothing leaves the plane z = 0.
+/// The lecture's arm in frame `frame`, from 0: name, x and y of each node. All nodes are in the plane z = 0.
 ///
-/// The shoulder is at (0.1 (frame + 1), 0.02 frame). The links are 2, 1.5 and 0.5 long. Each joint is turned by its
-/// angle times frame + 1 against the link before.
+/// The shoulder is at (0.1 (frame + 1), 0.02 frame). The links are 2, 1.5 and 0.5 long. Each joint is rotated by its
+/// angle times frame + 1, relative to the link before.
 fn arm(frame: f64) -> [(&'static str, f64, f64); 4] {
     let count = frame + 1.0;
     let (mut x, mut y, mut degrees) = (0.1 * count, 0.02 * frame, 0.0);
@@ -76,7 +76,7 @@ fn end_effector_path_is_a_row_a_frame() {
 #[test]
 fn own_nodes_are_driven_through_time() {
     let mut expected = String::new();
-    // Twice 0.2 seconds at 10 frames a second are 4 ticks; the last step ends at the last frame.
+    // Two steps of 0.2 seconds at 10 frames per second are 4 ticks. The last step ends at the last frame.
     for tick in [0.0, 4.0, 8.0, 9.0] {
         expected += &format!("tick {tick:.1}\n");
         for (name, x, y) in &arm(tick)[..3] {
@@ -107,7 +107,7 @@ fn a_chain_reaches_a_goal() {
 
 #[test]
 fn two_bones_reach_a_goal() {
-    // Two bones of length 1, bent to the right angle that the diagonal of a square asks for.
+    // Two bones of length 1. A goal at the diagonal of a square needs a right angle.
     let text = output(|out| two_bone::run(&mut "0 0 0  1 0 0  1 1 0  -1 1 0\n".as_bytes(), out));
     let numbers: Vec<f32> = text.split_whitespace().map(|number| number.parse().unwrap()).collect();
     let near = |a: &[f32], b: [f32; 3]| std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! The list of fixtures in `fixtures/README.md` against the folders.
+//! Compares the list of fixtures in `fixtures/README.md` with the folders.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -45,7 +45,7 @@ fn the_readme_lists_every_fixture_once_and_nothing_else() {
         let rows = listed(folder);
         let list: BTreeSet<String> = rows.iter().cloned().collect();
         assert_eq!(rows.len(), list.len(), "{folder}: a row stands twice");
-        // In the other two folders a result stands beside each input.
+        // In the other two folders, an expected result is next to each input.
         let inputs = if ["real", "made", "markers", "characters", "skeletons", "arrays", "robots"].contains(&folder) {
             ""
         } else {

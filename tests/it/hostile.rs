@@ -8,7 +8,7 @@ use crate::source::rust_files;
 use mocap::process::SkeletonMesh;
 use mocap::{Code, Importer, Limits, Pose};
 
-/// Small files that between them hold every construction of the format.
+/// Small files that together contain every construct of the format.
 const CHANGED: &[&str] = &[
     "dialects/plain",
     "dialects/channels_0_to_6",
@@ -41,7 +41,7 @@ fn small_fixtures() -> Vec<(PathBuf, Vec<u8>)> {
         .collect()
 }
 
-/// Imports `bytes`; a scene that comes of it must keep every rule, and stand somewhere at every tick.
+/// Imports `bytes`. If this gives a scene, the scene must be valid, and give a pose at some ticks.
 fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
     let importer = Importer::new()
         .format(mocap::Format::Bvh)
@@ -69,7 +69,7 @@ fn every_prefix_is_an_error_or_a_valid_scene() {
     }
 }
 
-/// At every fourth position bytes that mean something and some at random; `tools/fuzz` tries all 256.
+/// Tries meaningful bytes and some random bytes at every fourth position; `tools/fuzz` tries all 256.
 #[test]
 fn every_changed_byte_is_an_error_or_a_valid_scene() {
     let mut random = Sample::new();
@@ -111,7 +111,7 @@ fn every_missing_line_is_an_error_or_a_valid_scene() {
     }
 }
 
-/// A chain of `depth` joints below each other.
+/// A chain of `depth` nested joints.
 fn nested(depth: usize) -> String {
     let open = "JOINT a{OFFSET 0 1 0 CHANNELS 0\n".repeat(depth - 1);
     let root = "HIERARCHY\nROOT a{OFFSET 0 1 0 CHANNELS 1 Zrotation\n";
@@ -121,7 +121,8 @@ fn nested(depth: usize) -> String {
     )
 }
 
-/// Long runs of one thing. Work that grew with the square of their length would take minutes here, not seconds.
+/// Long repetitions of one element. Work that grows with the square of their length would take minutes here instead of
+/// seconds.
 #[test]
 fn long_runs_of_one_thing_are_an_error_or_a_valid_scene() {
     let names = |name: &str| format!(" {name}").repeat(500_000);
@@ -170,7 +171,7 @@ fn nesting_needs_no_stack() {
         assert_eq!(scene.nodes.len(), depth);
         assert_eq!(scene.validate(), []);
         let tip = Pose::at_tick(&scene, 0, 0.0).unwrap().node_to_world[depth - 1].w_axis;
-        // A quarter turn about z takes every link but the root's own OFFSET to -x.
+        // A quarter turn about z moves every link to -x, except the OFFSET of the root.
         let far = tip.x + (depth as f32 - 1.0);
         assert!(far.abs() < 1.0, "{tip}");
     }
@@ -202,7 +203,7 @@ fn more_bytes_than_the_limit_are_refused() {
     assert_eq!(error.code(), Code::LimitExceeded);
 }
 
-/// Found by fuzzing: the place of the error is behind the last line.
+/// A fuzzer found this case: the place of the error is after the last line.
 #[test]
 fn xml_that_ends_with_a_line_is_refused() {
     for text in [

@@ -1,12 +1,12 @@
-//! Forward kinematics of a BVH file, in double precision, straight from its text.
+//! Forward kinematics of a BVH file, in double precision, directly from its text.
 //!
-//! The tests compare the library with this. It shares no code with the library. It has its own reader (line by line;
-//! the library reads tokens), its own 3x3 matrices in place of quaternions, and no single precision. It reads plain
-//! files, not every dialect; a fixture in a dialect is compared through the plain text that means the same.
+//! The tests compare the library with this module, which shares no code with the library. The module reads lines, and
+//! the library reads tokens. It has 3x3 matrices instead of quaternions, and no single precision. It reads plain files,
+//! not every dialect: a fixture in a dialect is compared with plain text of the same meaning.
 //!
-//! The position of a joint is `parent_position + parent_rotation * local`, where `local` is its OFFSET with each
-//! component that has a position channel replaced by the channel's value. Its rotation is `parent_rotation * R1 * R2 *
-//! R3`, the rotation channels in the order in which CHANNELS names them.
+//! The position of a joint is `parent_position + parent_rotation * local`. `local` is the joint's OFFSET, with the
+//! value of each position channel in place of the OFFSET's component. The rotation of a joint is `parent_rotation * R1
+//! * R2 * R3`: the rotation channels in the order of CHANNELS.
 
 /// A point or a direction.
 pub(crate) type Vector = [f64; 3];
@@ -16,14 +16,14 @@ pub(crate) type Matrix = [[f64; 3]; 3];
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// What the position channels of a root do to its OFFSET.
+/// The effect of a root's position channels on its OFFSET.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Root {
     Replace,
     Add,
 }
 
-/// What one column of the motion drives.
+/// The effect of a column of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
     Position(usize),
@@ -39,7 +39,7 @@ pub(crate) struct Node {
     pub(crate) columns: Vec<Column>,
 }
 
-/// A whole file.
+/// The contents of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Capture {
     /// Depth-first, in the order of the file.
@@ -49,7 +49,7 @@ pub(crate) struct Capture {
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
-/// Where a node is, and how it is turned.
+/// The position and the rotation of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placement {
     pub(crate) rotation: Matrix,
@@ -57,10 +57,10 @@ pub(crate) struct Placement {
 }
 
 impl Capture {
-    /// Reads a file that has each keyword on a line of its own, and each frame too.
+    /// Reads a file that has each keyword and each frame on a separate line.
     ///
-    /// A NaN takes the value of the row before, as the first row would take zero. A joint that repeats CHANNELS word
-    /// for word is meant once.
+    /// A NaN becomes the value of the row before, or zero in the first row. A joint that repeats CHANNELS word for word
+    /// has these channels once.
     pub(crate) fn parse(bytes: &[u8]) -> Self {
         let text: String = match std::str::from_utf8(bytes) {
             Ok(text) => text.to_owned(),
@@ -141,8 +141,8 @@ impl Capture {
         placements
     }
 
-    /// The longest side of the box around the skeleton, at rest or in the first frame, whichever is longer: files
-    /// exist whose OFFSETs are all zero.
+    /// The longest side of the box around the skeleton, at rest or in the first frame, whichever is longer. In some
+    /// files all OFFSETs are zero.
     pub(crate) fn height(&self, root: Root) -> f64 {
         let mut poses = vec![self.rest()];
         if !self.rows.is_empty() {
@@ -153,7 +153,7 @@ impl Capture {
 }
 
 impl Placement {
-    /// The place of `child`, given relative to this one.
+    /// The placement of `child`, which is given relative to this placement.
     pub(crate) fn then(self, child: Self) -> Self {
         Self {
             rotation: multiply(self.rotation, child.rotation),
@@ -161,7 +161,7 @@ impl Placement {
         }
     }
 
-    /// Where a point that is fixed to this node stands in the world.
+    /// The world position of a point that is fixed to this node.
     pub(crate) fn point(self, point: Vector) -> Vector {
         std::array::from_fn(|i| {
             let [x, y, z] = self.rotation[i];
@@ -170,7 +170,7 @@ impl Placement {
     }
 }
 
-/// The rotation about axis 0, 1 or 2 (x, y or z) by `degrees`, counter-clockwise as seen from the axis' tip.
+/// The rotation about axis 0, 1 or 2 (x, y or z) by `degrees`, counter-clockwise as seen from the tip of the axis.
 pub(crate) fn turn(axis: usize, degrees: f64) -> Matrix {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -187,7 +187,7 @@ pub(crate) fn multiply(a: Matrix, b: Matrix) -> Matrix {
     std::array::from_fn(|row| std::array::from_fn(|column| (0..3).map(|k| a[row][k] * b[k][column]).sum()))
 }
 
-/// How far apart two points are.
+/// The distance of two points.
 pub(crate) fn distance(a: Vector, b: Vector) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }

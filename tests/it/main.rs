@@ -1,5 +1,5 @@
-//! The integration tests of the whole library: one program, because linking is slow, with one module per subject. What
-//! tests one package is in `src/PACKAGE/tests/it`.
+//! The integration tests of the whole library: one program, because linking is slow, with one module per subject. The
+//! tests of a single package are in `src/PACKAGE/tests/it`.
 //!
 //! `memory` and `allocations` are separate, because each has its own global allocator.
 

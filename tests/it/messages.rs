@@ -1,4 +1,4 @@
-//! The messages of the library: read in a terminal, in Python, in a browser and in a program.
+//! The messages of the library, which users read in a terminal, in Python, in a browser and in other programs.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use super::source::rust_files;
 
 #[test]
 fn messages_of_the_library_name_no_flag_of_the_command_line() {
-    // The program is a door.
+    // The program is an interface, so its messages may name flags.
     let files = rust_files(|folder| !folder.ends_with("tests") && !folder.ends_with("cli"));
     assert!(files.len() > 500, "the source is somewhere else");
     let mut found = Vec::new();
@@ -26,7 +26,8 @@ fn messages_of_the_library_name_no_flag_of_the_command_line() {
     );
 }
 
-/// Whether two dashes stand before a small letter and behind no sign or letter: `--flag`, and not `a--b`.
+/// Whether a line has a flag: two dashes before a small letter and after no sign or letter. `--flag` is one, `a--b` is
+/// not.
 fn has_flag(line: &str) -> bool {
     let bytes = line.as_bytes();
     (0..bytes.len().saturating_sub(2)).any(|at| {

@@ -1,4 +1,4 @@
-//! Generated skeletons and motions, written as BVH text here and read by the library.
+//! Generated skeletons and motions, which the tests write as BVH text and the library reads.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
 
-/// A joint: where it hangs, its OFFSET, its channels, and the OFFSETs of its end sites.
+/// A joint: its parent, its OFFSET, its channels, and the OFFSETs of its end sites.
 #[derive(Clone, Debug)]
 struct Joint {
     parent: Index,
@@ -19,11 +19,11 @@ struct Joint {
     end_sites: Vec<[f32; 3]>,
 }
 
-/// A file before it is text.
+/// The contents of a file before they are text.
 #[derive(Clone, Debug)]
 struct File {
     joints: Vec<Joint>,
-    /// More values than any file here has channels; a row is the beginning of one.
+    /// Rows with more values than any file here has channels. A file uses the first values of each row.
     rows: Vec<Vec<f32>>,
 }
 
@@ -38,7 +38,7 @@ const CHANNELS: [&str; 6] = [
 const MOST_JOINTS: usize = 12;
 
 fn number() -> impl Strategy<Value = f32> {
-    // Thousandths, as files have them, and now and then a value that needs every digit of a float.
+    // Mostly thousandths, as in real files, and sometimes a value that needs every digit of a float.
     prop_oneof![4 => (-400_000..400_000).prop_map(|n| n as f32 / 1000.0), 1 => -400.0_f32..400.0, 1 => Just(0.0)]
 }
 
@@ -72,7 +72,7 @@ impl File {
         (joint + 1..self.joints.len()).filter(move |&child| self.joints[child].parent.index(child) == joint)
     }
 
-    /// The file in plain spelling: each keyword and each row on a line of its own.
+    /// The file in plain spelling: each keyword and each row on a separate line.
     fn text(&self) -> String {
         let mut text = "HIERARCHY\n".to_owned();
         self.write_joint(0, &mut text);
@@ -104,13 +104,13 @@ impl File {
         text.push_str("}\n");
     }
 
-    /// Whether there is motion to read: without a channel there are no values, and so no rows.
+    /// Whether the file has a motion. Without a channel there are no values, and so no rows.
     fn moves(&self) -> bool {
         self.joints.iter().any(|joint| !joint.channels.is_empty())
     }
 }
 
-/// How a file is spelled, as choices that are used one after the other and over again.
+/// The spelling of a file, as choices that are used in turn and then repeated.
 #[derive(Clone, Debug)]
 struct Spelling {
     choices: Vec<usize>,
@@ -132,7 +132,7 @@ fn spelling() -> impl Strategy<Value = Spelling> {
 }
 
 impl Spelling {
-    /// `plain` with other case, other blanks, other line ends, and rows that go on in the next line.
+    /// `plain` with another case, other blanks, other line ends, and rows that continue on the next line.
     fn apply(&self, plain: &str) -> String {
         let mut choices = self.choices.iter().copied().cycle();
         let mut choose = move |from: &[&'static str]| from[choices.next().unwrap() % from.len()];
@@ -144,7 +144,7 @@ impl Spelling {
             text += choose(&["", " ", "\t", "    "]);
             for (index, word) in line.split(' ').enumerate() {
                 if index > 0 {
-                    // "Frame Time:" and "End Site" are each one keyword.
+                    // "Frame Time:" and "End Site" are single keywords.
                     let glued = word == "Time:" || word == "Site";
                     text += match (glued, is_row && self.wrap) {
                         (true, _) => " ",
@@ -181,7 +181,7 @@ proptest! {
         let capture = Capture::parse(text.as_bytes());
         let (policy, root) = if add { (RootOffset::Add, Root::Add) } else { (RootOffset::Replace, Root::Replace) };
         let scene = importer().root_offset(policy).read(text.as_bytes(), "generated.bvh").unwrap();
-        // Now and then all positions are zero, and so are read as added to the OFFSETs.
+        // Sometimes all positions are zero. The reader then adds them to the OFFSETs.
         prop_assume!(scene.metadata.assumptions.is_empty());
         prop_assert_eq!(scene.nodes.len(), capture.nodes.len());
 
@@ -191,7 +191,7 @@ proptest! {
         for frame in 0..capture.rows.len() {
             pose.sample(&binding, animation, frame as f64);
             let placements = capture.placements(frame, root);
-            // Rounding grows with the numbers that are added up: the links of the chain, and the way of its root.
+            // Rounding grows with the added numbers: the links of the chain, and the path of its root.
             let reach = placements.iter().flat_map(|placement| placement.position).fold(1.0, |a: f64, b| a.max(b.abs()));
             for (index, placement) in placements.iter().enumerate() {
                 let position = pose.position(NodeId::new(index)).to_array().map(f64::from);
@@ -218,7 +218,7 @@ proptest! {
         let spelled = spelling.apply(&plain);
         let read = |text: &str| {
             let mut scene = importer().read(text.as_bytes(), "generated.bvh").unwrap();
-            // The bytes differ, and so do their checksum and their lines.
+            // The bytes differ, and so do their checksum and line numbers.
             scene.metadata.origin.as_mut().unwrap().sha256.clear();
             for node in &mut scene.nodes {
                 node.source = None;

@@ -1,4 +1,5 @@
-//! The sentences of the documents: short enough to be understood on first reading, by the rules of `docs/style.md`.
+//! Tests that sentences of the documents are short enough to be understood on first reading, by the rules of
+//! `docs/style.md`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,12 +8,12 @@ use std::path::{Path, PathBuf};
 use super::public::public_items;
 use crate::source::{rust_files, sources};
 
-/// Words of the longest sentence.
+/// The number of words in the longest allowed sentence.
 const LONGEST: usize = 30;
-/// Words of a sentence in the mean of a page.
+/// The largest mean number of words in the sentences of a page.
 const MEAN: usize = 18;
 
-/// The words of each sentence of a page, without code, tables and headings.
+/// The number of words in each sentence of a page, without code, tables and headings.
 fn sentences(page: &str) -> Vec<usize> {
     let (mut paragraphs, mut is_code) = (vec![String::new()], false);
     for line in page.lines() {
@@ -36,7 +37,7 @@ fn sentences(page: &str) -> Vec<usize> {
     paragraphs.iter().flat_map(|paragraph| words(paragraph)).collect()
 }
 
-/// The words of each sentence of a paragraph. A span of code is a word, and so is the address of a link none.
+/// The number of words in each sentence of a paragraph. A code span is one word, and the address of a link is no word.
 fn words(paragraph: &str) -> Vec<usize> {
     let mut plain = String::new();
     for (number, part) in paragraph.split('`').enumerate() {
@@ -109,7 +110,7 @@ fn sentences_are_short() {
     );
 }
 
-/// The comments of a file, each as a page: successive lines with one mark.
+/// The comments of a file, each as a page: successive lines with the same mark.
 fn comments(text: &str) -> Vec<String> {
     let (mut found, mut last) = (vec![String::new()], "");
     for line in text.lines() {
@@ -147,7 +148,8 @@ fn sentences_of_comments_are_short() {
     );
 }
 
-/// The names of code between backticks: `figure::BoneNames`, and of `Pose::chain` the type.
+/// The names of code between backticks, such as `figure::BoneNames`. For a method such as `Pose::chain`, the name is
+/// the type.
 fn names_of_code(page: &str) -> impl Iterator<Item = String> {
     let spans = page.split('`').skip(1).step_by(2).filter(|span| span.contains("::"));
     spans.filter_map(|span| {
@@ -170,7 +172,7 @@ fn names_of_code_are_public() {
     let mut unknown = BTreeSet::new();
     for page in found {
         let text = fs::read_to_string(&page).unwrap();
-        // Blocks of code have other programs in them, and run elsewhere.
+        // Code blocks contain other programs, and other tests run them.
         let text: String = text.split("```").step_by(2).collect();
         let names = names_of_code(&text).filter(|name| !paths.iter().any(|path| path.contains(name)));
         unknown.extend(names.map(|name| format!("{} {}", page.display(), name.trim_matches(':'))));

@@ -1,20 +1,20 @@
-//! What a user of the library sees: how many names there are, read from the source.
+//! The public interface of the library: its number of names, counted in the source.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::source::{ItemPath, Modules, Source, is_hidden, sources};
 
-/// How many public names the library has, of types, functions and constants. A new one is worth its line in the
-/// documentation that everybody reads; a number below this is written here. Modules called `report` are left out: a
-/// program reads fields of a report, and need not name its types.
+/// The number of public names of the library: types, functions and constants. A new name must be worth its line in the
+/// documentation. If the number becomes smaller, it is changed here. Modules called `report` are not counted: a program
+/// reads fields of a report, and need not name its types.
 const PUBLIC_NAMES: usize = 200;
 
-/// What the front door re-exports and does not hide: each item where it is declared, with the path by which a user
-/// names it. Methods and modules do not count.
+/// The items that the root package re-exports and does not hide. Each item has its place of declaration, and the path
+/// by which a user names it. Methods and modules do not count.
 pub(super) fn public_items(sources: &[Source]) -> BTreeMap<ItemPath, String> {
     let modules = Modules::new(sources);
     let (mut items, mut read) = (BTreeMap::new(), BTreeSet::new());
-    // Modules near the root come first: an item has its shortest path.
+    // Modules near the root come first, so an item has its shortest path.
     let mut queue = VecDeque::from([(ItemPath::new(), String::new())]);
     while let Some((module, path)) = queue.pop_front() {
         let source = sources.iter().find(|source| source.module == module).unwrap();
@@ -35,7 +35,7 @@ pub(super) fn public_items(sources: &[Source]) -> BTreeMap<ItemPath, String> {
     items
 }
 
-/// The items that a file declares or re-exports for users, each with the name that it gets.
+/// The items that a file declares or re-exports for users, each with its public name.
 fn items_of(source: &Source) -> Vec<(ItemPath, String)> {
     let (code, module) = (&source.code, &source.module);
     let re_exported = source.imports.iter().filter(|import| import.is_public);
@@ -54,14 +54,14 @@ fn items_of(source: &Source) -> Vec<(ItemPath, String)> {
         }
     }
     if code.contains("::steps! {") {
-        // The macro, which stands in `list`, declares it.
+        // The macro in `list` declares the item.
         let list = [&module[..], &["list".to_owned()]].concat();
         declare(&list, "EditStep");
     }
     items
 }
 
-/// The public names: types have names of their own, functions and constants are told by their modules.
+/// The public names. Types have unique names; functions and constants are distinguished by their modules.
 fn public_names() -> BTreeSet<String> {
     let items = public_items(&sources());
     let name = |(item, path): (&ItemPath, &String)| {
@@ -92,7 +92,7 @@ fn public_names_do_not_grow_unseen() {
     assert_eq!(names.len(), PUBLIC_NAMES, "{}", list.join(" "));
 }
 
-/// What makes each type called a report a `Report`: a text for people, and data for programs.
+/// Every type called a report is a `Report`: it has a text for people, and data for programs.
 #[test]
 fn every_report_has_a_text_and_is_data() {
     let sources = sources();
@@ -116,10 +116,10 @@ fn every_report_has_a_text_and_is_data() {
     }
 }
 
-/// Types that will never get another variant or field, or that a program makes as literals, in which a new field should
-/// be an error.
+/// Types that will get no further variants or fields, and types that programs write as literals. In such a literal, a
+/// new field should be an error.
 const CLOSED: &[&str] = &[
-    // The scene, which readers and writers of other formats build: each field is an answer that they owe.
+    // The scene, which readers and writers of other formats build. Each new field requires a value from them.
     "Animation",
     "Bone",
     "Channel",
@@ -134,7 +134,7 @@ const CLOSED: &[&str] = &[
     "Texture",
     "VertexWeight",
     "Trs",
-    // A robot likewise.
+    // The same reason applies to a robot.
     "Inertial",
     "JointLimits",
     "Mimic",
@@ -143,12 +143,12 @@ const CLOSED: &[&str] = &[
     "RobotJoint",
     "RobotLink",
     "RobotShape",
-    // What a caller hands over, whole.
+    // Complete values that a caller passes.
     "Clip",
     "MemoryFile",
     "PathPoint",
     "TimeRange",
-    // A value and how it came about.
+    // A value with its origin.
     "Assumption",
     "Guess",
     "Location",
@@ -160,9 +160,10 @@ const CLOSED: &[&str] = &[
     "RotationOrder",
     "Side",
     "UpAxis",
-    // From where a T-pose may be: the file's rest pose, its motion, neither.
+    // The possible sources of a T-pose: the file's rest pose, its motion, or neither.
     "TPoseSource",
-    // What several packages make as literals or match to the end. A new field or variant is to be an error in them.
+    // Types that several packages write as literals, or match exhaustively. A new field or variant should be an error
+    // in these packages.
     "AlongBone",
     "AnalogChannel",
     "AppliedStep",
@@ -191,26 +192,27 @@ const CLOSED: &[&str] = &[
     "Wrap",
 ];
 
-/// A public type where it is declared.
+/// A public type at its declaration.
 struct Declared {
     name: String,
     package: String,
     place: String,
     /// `struct`, `enum`, `trait` or `type`.
     keyword: &'static str,
-    /// Its documentation.
+    /// The documentation of the type.
     docs: String,
-    /// Its attributes.
+    /// The attributes of the type.
     attributes: String,
-    /// Whether a program can write it as a literal, or match it to the end: an enum, or a struct with a public field.
+    /// Whether a program can write the type as a literal, or match it exhaustively: an enum, or a struct with a public
+    /// field.
     is_open: bool,
-    /// Whether it is in a module `report`: no program makes one.
+    /// Whether the type is in a module `report`, so that no program builds it.
     is_report: bool,
-    /// Whether a program can make one without a literal that has all fields.
+    /// Whether a program can build the type without a literal that has all fields.
     has_constructor: bool,
 }
 
-/// The public types of the library, but for those that `step!` declares, which have an example each.
+/// The public types of the library, except types that `step!` declares. Each type that `step!` declares has an example.
 fn declared(sources: &[Source]) -> Vec<Declared> {
     let items = public_items(sources);
     let declared: Vec<Declared> = sources.iter().flat_map(|source| declared_in(source, &items)).collect();
@@ -240,7 +242,7 @@ fn declared_in(source: &Source, items: &BTreeMap<ItemPath, String>) -> Vec<Decla
             };
             let name = rest.split(|c: char| !c.is_alphanumeric()).next().unwrap();
             let body = lines[at + 1..].iter().take_while(|line| !line.starts_with('}'));
-            // What is not on one line has its fields below.
+            // A declaration of several lines has its fields below.
             let body = body.take(if rest.ends_with(';') { 0 } else { usize::MAX });
             let has_field = rest.contains("(pub")
                 || body
@@ -309,7 +311,7 @@ fn a_new_field_or_variant_breaks_no_program() {
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
-/// Whether the documentation has an example, or says which item, or which module, has one.
+/// Whether the documentation has an example, or names an item or a module that has one.
 fn is_shown(found: &Declared, sources: &[Source], examples: &BTreeSet<String>) -> bool {
     let docs = &found.docs;
     let named = |link: &str| {
@@ -326,10 +328,10 @@ fn is_shown(found: &Declared, sources: &[Source], examples: &BTreeSet<String>) -
         file.text.contains("//! ```").then_some(())
     };
     let says = |sentence: &str| {
-        // A package cannot link to a package above it, so the name stands there as code.
+        // A package cannot link to a package above it, so its documentation has the name as code.
         let open = if sentence.ends_with('`') { '`' } else { '[' };
         let link = &sentence[sentence[..sentence.len() - 1].rfind(open)?..];
-        // A module says so of itself.
+        // A module names itself.
         named(link)
             .or_else(|| module(link))
             .or_else(|| link.contains("[module](self)").then_some(()))
@@ -346,7 +348,7 @@ fn every_public_type_has_an_example_or_says_where_one_is() {
     let examples = with_example(&sources);
     let mut failures = Vec::new();
     for found in declared(&sources) {
-        // An alias is what it stands for.
+        // An alias has the documentation of its type.
         if found.keyword != "type" && !is_shown(&found, &sources, &examples) {
             failures.push(format!(
                 "{}: {} has no example, nor a link to one",
@@ -373,7 +375,7 @@ fn with_example(sources: &[Source]) -> BTreeSet<String> {
                 }
                 has_example = false;
             } else if let Some(step) = line.trim_end_matches('}').strip_suffix('{').filter(|_| has_example) {
-                // In `step!`.
+                // The step is declared in `step!`.
                 names.insert(step.trim().to_owned());
             } else if line.is_empty() || line.ends_with(['}', ';']) {
                 has_example = false;

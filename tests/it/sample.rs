@@ -1,12 +1,12 @@
-//! Random choices for tests that try a part of what there is: another part in each run.
+//! Random choices for tests that try only a part of all cases. Each run tries another part.
 //!
-//! The seed is printed where a test fails; `MOCAP_SEED=7 cargo test` makes the same choices again.
-//! `MOCAP_ALL=1 cargo test` tries everything.
+//! A failing test prints the seed, and `MOCAP_SEED=7 cargo test` repeats the choices. `MOCAP_ALL=1 cargo test` tries
+//! all cases.
 
 use std::env;
 use std::hash::{BuildHasher, RandomState};
 
-/// Whether everything is tried, and not a sample.
+/// Whether all cases are tried, not only a sample.
 pub(crate) fn is_all() -> bool {
     env::var_os("MOCAP_ALL").is_some_and(|value| value != "0")
 }
@@ -24,8 +24,8 @@ impl Sample {
         Self(seed)
     }
 
-    /// Every `parts`th of the items, from one on that the seed chooses; all of them with `MOCAP_ALL`. There must be
-    /// `parts` items at least, in an order that does not depend on the file system.
+    /// Every `parts`th item, beginning with an item that the seed chooses. With `MOCAP_ALL`, all items. There must be
+    /// at least `parts` items, in an order that does not depend on the file system.
     pub(crate) fn some<T>(&mut self, items: impl IntoIterator<Item = T>, parts: usize) -> Vec<T> {
         let parts = if is_all() { 1 } else { parts };
         let first = self.below(parts);
@@ -34,7 +34,7 @@ impl Sample {
         chosen
     }
 
-    /// A number from 0 to `end`, without `end`.
+    /// A random number from 0 to below `end`.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

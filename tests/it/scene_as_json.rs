@@ -1,4 +1,4 @@
-//! A scene that was written by `serde` is read back as it was.
+//! A scene that `serde` wrote is unchanged after reading.
 
 use std::fs;
 

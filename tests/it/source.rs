@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The modules of an item from its package down, and its name: `["figure", "humanoid", "Humanoid"]`.
+/// The modules of an item, beginning with its package, and its name: `["figure", "humanoid", "Humanoid"]`.
 pub(crate) type ItemPath = Vec<String>;
 
 /// A file of a package.
 pub(crate) struct Source {
     /// The path from the root of the repository.
     pub(crate) path: String,
-    /// The package and the modules of the file. The front door is the package without a name.
+    /// The package and the modules of the file. The root package has an empty name.
     pub(crate) module: ItemPath,
     pub(crate) text: String,
     /// The text without comments.
@@ -19,13 +19,13 @@ pub(crate) struct Source {
     pub(crate) imports: Vec<Import>,
 }
 
-/// A path into a package of this workspace that a file names by `use`, or in its code.
+/// A path into a package of this workspace that a file names with `use`, or in its code.
 pub(crate) struct Import {
     pub(crate) path: ItemPath,
     /// The name in this file.
     pub(crate) name: String,
     pub(crate) is_use: bool,
-    /// Re-exported, and not `#[doc(hidden)]`.
+    /// Whether the path is re-exported without `#[doc(hidden)]`.
     pub(crate) is_public: bool,
 }
 
@@ -53,7 +53,7 @@ impl Source {
         source
     }
 
-    /// The imports of the path, or the tree of paths, that begins at a place of the code.
+    /// The imports of the path, or of the tree of paths, that begins at a position of the code.
     fn imports_at(&self, at: usize) -> Vec<Import> {
         let is_name = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
         let (before, tree) = self.code.split_at(at);
@@ -73,7 +73,8 @@ impl Source {
         paths.into_iter().map(import).collect()
     }
 
-    /// What the macro `steps!` re-exports beside reports: `FILE: NAME, NAME => REPORT;` of each step.
+    /// The items that the macro `steps!` re-exports in addition to reports. Each step has a line `FILE: NAME, NAME =>
+    /// REPORT;`.
     fn steps(&self) -> Vec<Import> {
         let lists = self.code.split("::steps! {").skip(1);
         let rows = lists
@@ -107,14 +108,14 @@ impl Source {
     }
 }
 
-/// Whether the attributes right before the item that begins in the last line of a text hide it from the documentation.
+/// Whether attributes hide an item from the documentation. The text before the item ends with these attributes.
 pub(crate) fn is_hidden(before: &str) -> bool {
     let above = before.lines().rev().skip(1);
     let mut attributes = above.take_while(|line| line.starts_with('#'));
     attributes.any(|line| line == "#[doc(hidden)]")
 }
 
-/// Adds the paths of a tree such as `a::{b, c::{d, e as f}}`, each with the name that it gets.
+/// Adds the paths of a tree such as `a::{b, c::{d, e as f}}`, each with its name in the file.
 fn expand(prefix: &str, tree: &str, paths: &mut Vec<(String, String)>) {
     let (head, list) = tree.split_once('{').unwrap_or((tree, ""));
     let path = format!("{prefix}{}", head.trim());
@@ -155,7 +156,7 @@ pub(crate) fn rust_files(is_entered: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
     files
 }
 
-/// Finds where an item is declared, through re-exports.
+/// Finds the declaration of an item through re-exports.
 pub(crate) struct Modules(BTreeMap<ItemPath, BTreeMap<String, ItemPath>>);
 
 impl Modules {
@@ -168,7 +169,7 @@ impl Modules {
         Self(modules.collect())
     }
 
-    /// The module that declares an item, and the path of the item below it, which is empty for a module.
+    /// The module that declares an item, and the path of the item within this module. The path is empty for a module.
     pub(crate) fn declared(&self, mut path: ItemPath) -> (ItemPath, ItemPath) {
         // A function may import a name that its own module re-exports, so the steps are counted.
         for _ in 0..8 {
@@ -190,7 +191,7 @@ impl Modules {
     }
 }
 
-/// An import from one module into another: both stand beside each other, right below what the two paths share.
+/// An import from one module to another. Both modules are children of the longest common part of the two paths.
 pub(crate) struct Crossing<'a> {
     pub(crate) source: &'a Source,
     /// The last name of the imported path.
@@ -199,7 +200,7 @@ pub(crate) struct Crossing<'a> {
     pub(crate) to: ItemPath,
 }
 
-/// All imports except those between a module and the modules below it.
+/// All imports except imports between a module and its submodules.
 pub(crate) fn crossings(sources: &[Source]) -> Vec<Crossing<'_>> {
     let modules = Modules::new(sources);
     let mut crossings = Vec::new();

@@ -1,4 +1,4 @@
-//! The tables of weights of the solvers: `docs/weights.md`, and a page for each solver with many weights.
+//! The tables of solver weights: `docs/weights.md`, and a page for each solver with many weights.
 
 use std::fmt::Write as _;
 
@@ -28,19 +28,20 @@ into a JSON file, and pass it with `--weights`:
 | where | how |
 |---|---|
 | command line | `--weights` of `convert`, `solve`, `edit`, `clean`, `retarget`, `robot`, `graph walk` and `verify` |
-| job | the same object as `weights` |
+| job | the key `weights`; its value is the JSON object above |
 | Python | `convert`, `retarget`, `add_motions` and `Robot.retarget` |
-| Rust | the options of each solver have a field for its struct |
+| Rust | the options of each solver have a field for the struct of its weights |
 | steps `foot-lock` and `clean` | the option `weights` of the step, also in Python and JavaScript: `foot-lock:weights=acceleration-ratio:1.2` |
 
-Outputs record the weights of steps, so that `mocap verify` repeats them. Pass `verify` the file of weights if a
-skeleton was solved from markers.
+Outputs record the weights of steps, and `mocap verify` repeats the steps with these weights. If a skeleton was solved
+from markers with your weights, also pass the file of weights to `verify`.
 
 `tools/weights` halves and doubles each weight, and prints how the measures of a motion change.
-`MOCAP_WRITE=1 cargo test -p mocap --test it weights` writes these pages, and a test compares them.
+`MOCAP_WRITE=1 cargo test -p mocap --test it weights` writes these pages. Without
+`MOCAP_WRITE`, the test checks that the pages agree with the code.
 ";
 
-/// The pages with their texts.
+/// The pages and their texts.
 fn pages() -> [(&'static str, String); 3] {
     let [robots, foot_lock, cleaning, markers] = [
         ("Robots", "mocap::retarget::robot::Weights", Weights::ROWS),
@@ -62,7 +63,7 @@ fn pages() -> [(&'static str, String); 3] {
         text
     });
     let own = |solver: &str, table: &str| {
-        format!("# Weights of {solver}\n\n[Weights](weights.md) describes how to change them.\n{table}")
+        format!("# Weights of {solver}\n\n[Weights](weights.md) describes how to change the weights.\n{table}")
     };
     [
         ("weights", format!("{INTRODUCTION}{foot_lock}{markers}")),
@@ -86,7 +87,7 @@ fn the_tables_of_weights_are_those_of_the_types() {
     }
 }
 
-/// Paths of scripts that a reason names are there.
+/// The reasons of weights name scripts, and these scripts exist.
 #[test]
 fn scripts_that_justify_weights_exist() {
     let rows = [

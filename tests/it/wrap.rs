@@ -1,4 +1,4 @@
-//! How textures go on beyond their edges, from glTF to FBX and back.
+//! The wrapping of textures beyond their edges, from glTF to FBX and back.
 
 use mocap::scene::Wrap;
 use mocap::{Code, Exporter, Format, Importer, Scene, SkeletonMesh};

@@ -1,11 +1,11 @@
-//! Pickles and archives that make much of little.
+//! Pickles and archives that expand a small input to large data.
 
 use std::iter::repeat_n;
 
-/// Bytes of each pickle, about.
+/// The approximate number of bytes of each pickle.
 const SIZE: usize = 1 << 20;
 
-/// A pickle that lists what `operations` push.
+/// A pickle of a list. `operations` push its elements.
 fn list(operations: impl IntoIterator<Item = u8>) -> Vec<u8> {
     let mut pickle = b"\x80\x02](N".to_vec();
     pickle.extend(operations);
@@ -13,7 +13,7 @@ fn list(operations: impl IntoIterator<Item = u8>) -> Vec<u8> {
     pickle
 }
 
-/// Remembers the function `encode`, a text and its encoding, and encodes the text over and over.
+/// Stores the function `encode`, a text and its encoding, and encodes the text repeatedly.
 fn encodes(text: &str, calls: usize) -> Vec<u8> {
     let mut operations = b"c_codecs\nencode\nq\x02X".to_vec();
     operations.extend((text.len() as u32).to_le_bytes());
@@ -23,7 +23,7 @@ fn encodes(text: &str, calls: usize) -> Vec<u8> {
     list(operations)
 }
 
-/// Reshapes one array of two bytes over and over, to the most axes that a pickle's array has.
+/// Reshapes one array of two bytes repeatedly, to the largest number of axes of a pickle's array.
 fn reshapes() -> Vec<u8> {
     let mut operations = b"cnumpy\nfrombuffer\nC\x02ab\x8c\x02u1\x86Rq\x01cnumpy\nreshape\nq\x02h\x01(".to_vec();
     operations.extend(b"K\x01".repeat(5));
@@ -32,7 +32,7 @@ fn reshapes() -> Vec<u8> {
     list(operations)
 }
 
-/// Pickles, each with what it repeats.
+/// Pickles, each with the name of the repeated operation.
 pub(crate) fn pickles() -> Vec<(&'static str, Vec<u8>)> {
     let one = |operation: u8| list(repeat_n(operation, SIZE));
     let many = |operations: &[u8]| list(operations.repeat(SIZE / operations.len()));
@@ -104,11 +104,11 @@ fn zip(entries: &[(&str, u16, &[u8], usize, u32)]) -> Vec<u8> {
     out
 }
 
-/// A stream of deflate: one zero, then copies of 258 of it, in the code that needs no table.
+/// A deflate stream: one zero, then copies of 258 zeros, in the fixed code, which needs no table.
 fn deflated_zeros(copies: usize) -> Vec<u8> {
     let mut bits: Vec<bool> = vec![true, true, false];
-    // Codes stand with their highest bit first: a literal 0 is 00110000, a length of 258 is 11000101, a distance of 1
-    // is 00000, and the end is 0000000.
+    // Codes begin with their highest bit. A literal 0 is 00110000, a length of 258 is 11000101, a distance of 1 is
+    // 00000, and the end is 0000000.
     let mut code = |word: &str| bits.extend(word.bytes().map(|bit| bit == b'1'));
     code("00110000");
     (0..copies).for_each(|_| code("1100010100000"));
@@ -125,7 +125,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// The header of an array of so many zeros, which takes 64 bytes.
+/// The header of an array with this number of zeros. It has 64 bytes.
 fn npy_header(descr: &str, count: usize) -> Vec<u8> {
     let literal = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({count},), }}");
     let mut header = b"\x93NUMPY\x01\0\x76\0".to_vec();
@@ -133,7 +133,7 @@ fn npy_header(descr: &str, count: usize) -> Vec<u8> {
     header
 }
 
-/// Archives, each with a word of its error.
+/// Archives, each with a word of its error message.
 pub(crate) fn archives() -> Vec<(&'static str, Vec<u8>)> {
     const COPIES: usize = 400_000;
     let zeros = deflated_zeros(COPIES);

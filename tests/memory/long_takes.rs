@@ -1,4 +1,4 @@
-//! What commands take for a long motion, beside its keys.
+//! The memory of commands with a long motion, in addition to its keys.
 
 use mocap::edit::{Clean, Step, StepInput};
 use mocap::glam::Quat;
@@ -6,16 +6,16 @@ use mocap::scene::Keys;
 use mocap::survey::Thresholds;
 use mocap::{Exporter, Format, Scene};
 
-/// The number of frames. The buffers of a writer, which do not grow with the motion, are small beside its keys.
+/// The number of frames. The buffers of a writer do not grow with the motion, and are small compared with its keys.
 const FRAMES: usize = 20_000;
 
-/// A walk, forwards and backwards in turn, so that it has no jumps. `noise` is added to each rotation, in radians.
+/// A walk, alternately forwards and backwards, so that it has no jumps. `noise` is added to each rotation, in radians.
 pub(crate) fn take(noise: f32) -> Scene {
     let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
     mocap::Conversion::new().apply(&mut scene).unwrap();
     let animation = &mut scene.animations[0];
     let frames = animation.frame_count();
-    // The frame of the walk at each frame of the take.
+    // The frame of the walk for each frame of the take.
     let own = |frame: usize| {
         let phase = frame % (2 * frames - 2);
         phase.min(2 * frames - 2 - phase)
@@ -26,7 +26,7 @@ pub(crate) fn take(noise: f32) -> Scene {
         repeat(&mut channel.rotation_keys, own);
         for rotation in &mut channel.rotation_keys.values {
             let axis = [0; 3].map(|_| {
-                // Numerical Recipes' linear congruential generator.
+                // The linear congruential generator of Numerical Recipes.
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 noise * (state as f32 / u32::MAX as f32 - 0.5)
             });
@@ -44,7 +44,7 @@ fn repeat<T: Copy>(keys: &mut Keys<T>, own: impl Fn(usize) -> usize) {
     }
 }
 
-/// The bytes of the keys.
+/// The number of bytes of the keys.
 pub(crate) fn bytes(scene: &Scene) -> usize {
     let channels = &scene.animations[0].channels;
     let of_channel = |keys: [usize; 3]| 12 * keys[0] + 16 * keys[1] + 12 * keys[2];
@@ -55,7 +55,8 @@ pub(crate) fn bytes(scene: &Scene) -> usize {
     counts.sum()
 }
 
-/// What takes memory, and how much beside the scene, as a multiple of its keys.
+/// The name of an operation, its memory in addition to the scene as a multiple of the scene's keys, the noise of the
+/// take, and the operation.
 type Case = (&'static str, f64, f32, fn(Scene));
 
 pub(crate) const CASES: [Case; 4] = [

@@ -179,7 +179,7 @@ const char *mocap_error_text(void);
  Frees a scene and every text that came from it. NULL is allowed.
 
  # Safety
- `scene` comes from `mocap_open_file` or `mocap_open_memory`, was not closed before, and is used by no other thread.
+ `scene` was returned by a function of this library, was not closed before, and is used by no other thread.
  */
 void mocap_close(struct mocap_scene *scene);
 
@@ -540,8 +540,8 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
  Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 
  # Safety
- `scene` is an open scene, `steps` is a string that ends with a zero byte, and `others` points to `other_count` open
- scenes, or is NULL where `other_count` is 0.
+ `scene` is an open scene, and `steps` is a string that ends with a zero byte. `others` points to `other_count` open
+ scenes, or is NULL if `other_count` is 0.
  */
 struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
                                const char *steps,
@@ -571,25 +571,25 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
 
  The formats, detected from the contents, or else from the extension:
 
- - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
+ - BVH (`.bvh`) and Acclaim (`.amc` with an `.asf` in the same folder, or `.asf` alone): lengths in the file's unit.
  - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
- - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
+ - TRC (`.trc`): markers, each a node; lengths and axes as in the file.
  - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
    metres, +Y up.
- - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
- - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
-   in units of 0.08 m, +Y up.
+ - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths and axes as in the file.
+ - MikuMikuDance (`.vmd`, `.pmx`): a skeleton, or a motion on the model in the same folder or on generic proportions;
+   lengths in units of 0.08 m, +Y up.
  - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
  - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
-   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
+   that are known by their names or shapes; lengths in metres. The reader never runs code of a file.
  - Tables (`.csv`, and `.parquet` in builds with that feature): arrays that this library wrote, and positions.
  - Joint angles of OpenSim (`.mot`, `.sto`): a body of generic proportions; lengths in metres.
- - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
+ - Robots (URDF `.urdf`, MJCF `.mjcf`): only the skeleton.
 
- 3ds Max `.bip` is refused, with advice on what to export instead.
+ The reader refuses 3ds Max `.bip`, and suggests formats to export instead.
 
- In BVH, the position channels of the root replace its OFFSET. If the root position of the first frame is near zero
- on all axes and the OFFSET is not, they are added to the OFFSET.
+ In BVH, the position channels of the root replace its OFFSET. They are added to the OFFSET if the OFFSET is not near
+ zero, but the root position is, in the first frame or in the median of all frames.
 
  A scene never changes, so any number of threads may use it at the same time. Free it with `mocap_close`.
 
@@ -607,7 +607,7 @@ struct mocap_scene *mocap_open_file(const char *path);
  `mocap_report` returns the residuals of the solution. NULL means no options. The result is as for `mocap_open_file`.
 
  # Safety
- `path` is a string that ends with a zero byte, and so is `reading`, or it is NULL.
+ `path` is a string that ends with a zero byte. `reading` is such a string or NULL.
  */
 struct mocap_scene *mocap_open_file_as(const char *path,
                                        const char *reading);
@@ -718,7 +718,7 @@ void mocap_robot_stream_free(struct mocap_robot_stream *stream);
 double mocap_robot_stream_delay(const struct mocap_robot_stream *stream);
 
 /*
- The number of joints of the robot. A frame has 7 more numbers. 0 for NULL.
+ The number of joints of the robot. A frame has 7 values more. 0 for NULL.
 
  # Safety
  `stream` is NULL or an open stream.
@@ -736,9 +736,9 @@ const char *mocap_robot_stream_joint_name(const struct mocap_robot_stream *strea
 
 /*
  Takes the next pose: the matrix of every node of the source relative to its parent, as for `mocap_retarget_pose`.
- Writes the finished frame to `frame`, and whether a frame is finished to `given`. The frame is MuJoCo's `qpos`: x, y
- and z of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or
- metres. `count` is the number of values that fit in `frame`, at least 7 plus one for each joint.
+ Writes the finished frame to `frame`, and whether a frame is finished to `given`. The frame is MuJoCo's `qpos` with
+ +Z up. It has the position of the base in metres (x, y, z), its rotation (w, x, y, z), and the joint positions in
+ radians or metres. `count` is the number of values that fit in `frame`, at least 7 plus one for each joint.
 
  Only one thread at a time may use a stream.
 
@@ -902,7 +902,8 @@ const char *mocap_table_unit(const struct mocap_table *table,
                              size_t column);
 
 /*
- The values of a table, row by row, with one value for each column; NULL for NULL. They live as long as the table.
+ The values of a table, row by row, with one value for each column; NULL for NULL. The values live as long as the
+ table.
 
  # Safety
  `table` is NULL or comes from `mocap_table_new`.
@@ -912,14 +913,14 @@ const double *mocap_table_values(const struct mocap_table *table);
 /*
  A report on a scene as JSON, by its name:
 
- - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
+ - "solved": the fit of a skeleton to the markers from which it was solved: `markers`, `rms_of_seconds`, `joints`
    with their lengths and deviations, `swaps`, `filled` and `frames`; `null` for other scenes;
- - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
- - "inspect": what `mocap info --json` prints: counts, clips, what is assumed, warnings;
- - "bones": which node is which bone of a humanoid, how sure that is, and why;
+ - "recorded": the data of a C3D file besides markers: `events`, `channels` and `plates`; `null` if there are none;
+ - "inspect": the output of `mocap info --json`: counts, clips, assumptions, warnings;
+ - "bones": the node of each humanoid bone, with confidence and reason;
  - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
 
- `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
+ Free the text with `mocap_text_free`. NULL if there is no such report; `mocap_error_text` has the reason.
 
  # Safety
  `scene` is an open scene, and `what` is a string that ends with a zero byte.

@@ -16,7 +16,6 @@ from scipy.spatial.transform import Rotation
 import bvh
 import plant
 
-README = Path(__file__).parent / "README.md"
 warnings.simplefilter("ignore")
 SETS = {
     "clean": [],
@@ -295,16 +294,13 @@ def table(results):
     return rows
 
 
-def write(rows):
-    """Replaces the table of the README."""
-    text = README.read_text()
-    start = text.index("| measure |")
-    end = text.index("<!-- end -->", start)
+def markdown(rows):
+    """The table of the README."""
     lines = ["| measure | wanted | mean | median | 90 % | reached | clips |", "|---|---|---|---|---|---|---|"]
     for name, wanted, mean, median, most, good, count in rows:
         reached = f"{good:.0%}" if wanted else ""
         lines.append(f"| {name} | {wanted} | {mean:.3f} | {median:.3f} | {most:.3f} | {reached} | {count} |")
-    README.write_text(text[:start] + "\n".join(lines) + "\n" + text[end:])
+    return "\n".join(lines)
 
 
 def main():
@@ -317,7 +313,7 @@ def main():
     parser.add_argument("--arguments", default="")
     parser.add_argument("--keep")
     parser.add_argument("--json")
-    parser.add_argument("--write", action="store_true", help="replace the table of the README")
+    parser.add_argument("--table", action="store_true", help="also print the table of the README")
     parser.add_argument("--hold", action="store_true", help="exit with 1 where a mean is worse than HELD")
     args = parser.parse_args()
     folder = Path(args.keep or tempfile.mkdtemp())
@@ -338,8 +334,8 @@ def main():
     print(f"{'measure':<46}{'wanted':>11}{'mean':>9}{'median':>9}{'90 %':>9}{'reached':>9}{'clips':>7}")
     for name, wanted, mean, median, most, good, count in table(results):
         print(f"{name:<46}{wanted:>11}{mean:>9.3f}{median:>9.3f}{most:>9.3f}{good:>9.0%}{count:>7}")
-    if args.write:
-        write(table(results))
+    if args.table:
+        print(markdown(table(results)))
     worse = [row[0] for row in table(results) if row[2] > HELD.get(row[0], np.inf)]
     if args.hold and worse:
         raise SystemExit("worse than what is held: " + ", ".join(worse))

@@ -1,7 +1,8 @@
-"""What `mocap clean` does to takes of cameras, sensors and a generator: python real.py MOCAP [--write]
+"""What `mocap clean` does to takes of cameras, sensors and a generator: python real.py MOCAP
 
---write replaces the table of docs/cleaning.md. The jerk is measured here once more, on the positions of all joints by the
-kinematics of bvh.py, where input and output are BVH, and must be what the report says to a tenth.
+`tools/bench/tables cleaned-takes` writes the table of docs/cleaning.md. The jerk is measured here once more, on the
+positions of all joints by the kinematics of bvh.py, where input and output are BVH, and must be what the report says to
+a tenth.
 """
 
 import argparse
@@ -15,7 +16,6 @@ import numpy as np
 import bvh
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs/cleaning.md"
 FILES = [
     ("real/kinect_openni.bvh", "a depth camera"),
     ("real/nan_tokens.bvh", "a camera; 34 values are NaN"),
@@ -63,18 +63,11 @@ def row(program, folder, name, what):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
-    parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     lines = ["| take | jumps | jitter m/s³ | peak speed m/s | skate cm/s | floor cm | what was done |", "|---|---|---|---|---|---|---|"]
     with tempfile.TemporaryDirectory() as folder:
         lines += [row(str(Path(args.program).resolve()), Path(folder), *file) for file in FILES]
-    table = "\n".join(lines)
-    print(table)
-    if args.write:
-        text = PAGE.read_text()
-        start = text.index("| take |")
-        end = text.index("<!-- end -->", start)
-        PAGE.write_text(text[:start] + table + "\n" + text[end:])
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

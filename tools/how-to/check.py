@@ -1,11 +1,13 @@
 """The judge of `check`."""
 
 import os
+import re
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -65,6 +67,44 @@ def commands(lines):
                 yield number, cell
 
 
+def picture_blocks(page):
+    """Each block of a page that makes pictures beside it: its text, and the names of the pictures."""
+    for block in re.findall(r"(?:^    .*\n)+", page.read_text(), re.MULTILINE):
+        names = [name for name in re.findall(r" ([\w-]+\.png)\b", block) if (page.parent / name).is_file()]
+        if names:
+            yield textwrap.dedent(block), names
+
+
+def draw(page):
+    """Runs the blocks of a guide page or an example that make its pictures, and replaces the pictures. Returns the numbers of
+    blocks that passed and failed."""
+    passed = failed = 0
+    for block, names in picture_blocks(page):
+        if block.startswith("python ") and "PYTHON" not in os.environ:
+            print(f"skipped {page.relative_to(ROOT)}: PYTHON names no Python with the packages of the example")
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
+            place = Path(folder) if page.parent == ROOT / "docs" else Path(folder, page.parent.relative_to(ROOT))
+            place.mkdir(parents=True, exist_ok=True)
+            for file in page.parent.iterdir() if page.parent != ROOT / "docs" else []:
+                if file.suffix in (".py", ".safetensors"):
+                    (place / file.name).symlink_to(file)
+            for name, fixture in FILES.items():
+                if "/" not in name:
+                    shutil.copyfile(ROOT / "fixtures" / fixture, place / name)
+            commands = f'mocap() {{ "$MOCAP" "$@"; }}\npython() {{ "$PYTHON" "$@"; }}\n{block}'
+            ran = subprocess.run(["bash", "-euc", commands], cwd=place, capture_output=True, text=True)
+            if ran.returncode != 0:
+                failed += 1
+                print(f"FAILED {page.relative_to(ROOT)}: exit code {ran.returncode}\n{block}{ran.stderr}")
+                continue
+            passed += 1
+            for name in names:
+                shutil.copyfile(place / name, page.parent / name)
+    return passed, failed
+
+
 def keep(folder):
     """Replaces the pictures of the pages by those that their commands have made."""
     for name in ("fixtures/pictures", "docs/how-to"):
@@ -106,6 +146,14 @@ def main(pages):
                         print("".join(f"not printed: {wanted}\n" for wanted in missing), end="")
             if pictures:
                 keep(folder)
+                if page.name == "rokoko-into-blender.md" and "BLENDER_PYTHON" in os.environ:
+                    picture = ROOT / "docs/how-to/rokoko-in-blender.jpg"
+                    script = [ROOT / "tools/how-to/blender.py", Path(folder, "hero_take.fbx"), picture]
+                    subprocess.run([os.environ["BLENDER_PYTHON"].split()[0], *script], check=True, capture_output=True)
+    for page in [*sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/learned/README.md"] if pictures else []:
+        if not pages or any(name in str(page.relative_to(ROOT)) for name in pages):
+            drawn = draw(page)
+            passed, failed = passed + drawn[0], failed + drawn[1]
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0
 

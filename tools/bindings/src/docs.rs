@@ -1,7 +1,7 @@
-//! Documentation of Rust as plain sentences.
+//! Converts documentation of Rust to plain sentences.
 
-/// The first paragraph as one line: without the brackets of rustdoc's links, with a default as a sentence, and with a
-/// full stop at its end.
+/// The first paragraph as one line, without the brackets of rustdoc's links. A default becomes a sentence, and the text
+/// ends with a full stop.
 pub(crate) fn sentences(docs: &str) -> String {
     let lines = docs.lines().map(str::trim);
     let first = lines
@@ -22,7 +22,7 @@ fn ended(text: &str) -> String {
     }
 }
 
-/// The text of links, without their brackets and their targets. Brackets without a code span or a target are kept.
+/// Replaces links with their texts. Keeps brackets without a code span or a target.
 fn without_links(text: &str) -> String {
     let (mut plain, mut rest) = (String::new(), text);
     while let Some((before, after)) = rest.split_once('[') {
@@ -34,10 +34,10 @@ fn without_links(text: &str) -> String {
         };
         if let Some((_, after)) = after.strip_prefix('(').and_then(|target| target.split_once(')')) {
             plain.push_str(shown);
-            // A link to a function has brackets of its own.
+            // A link to a function has its own parentheses.
             rest = after.strip_prefix(')').unwrap_or(after);
         } else if shown.starts_with('`') {
-            // Of a path of Rust, its last name.
+            // Keep the last name of a Rust path.
             let name = shown.rsplit("::").next().unwrap_or(shown).trim_start_matches('`');
             plain.push_str(&format!("`{name}"));
             rest = after;
@@ -48,7 +48,7 @@ fn without_links(text: &str) -> String {
     plain + rest
 }
 
-/// The text in lines of a width.
+/// Splits text into lines of at most `width` characters.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {

@@ -1,4 +1,4 @@
-//! Writes the parts of the bindings in other languages that mirror the library.
+//! Generates the parts of the bindings in other languages that mirror the library.
 
 mod docs;
 pub mod model;
@@ -14,19 +14,19 @@ use model::Model;
 /// The root of the repository.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A file that is written here, or in which a table is.
+/// A generated file, or a document with a generated table.
 #[derive(Clone, Debug)]
 pub struct Generated {
-    /// Its path from the root of the repository.
+    /// The path, relative to the root of the repository.
     pub path: &'static str,
-    /// What it holds.
+    /// The contents of the file.
     pub text: String,
 }
 
 /// The generated files of all languages.
 ///
 /// # Panics
-/// Where the schema of jobs has a form that [`Model`] does not know, or a document has no place for its table.
+/// Panics if the schema of jobs has a form that [`Model`] does not know, or if a document has no place for its table.
 pub fn files() -> Vec<Generated> {
     let model = Model::new();
     [python::files(&model), typescript::files(&model), tables::files(&model)].concat()

@@ -1,6 +1,6 @@
-//! What the library says of itself, as plain lists that an emitter writes in its language.
+//! The library's jobs, steps and formats as plain lists, from which each emitter writes its language.
 //!
-//! Names are in kebab case, as in a job, and documentation is in sentences with Rust's marks for code.
+//! Names are in kebab case, as in a job. Documentation consists of sentences, with code between backquotes.
 
 use mocap::FormatInfo;
 use mocap::edit::{EditStep, ValueKind};
@@ -12,59 +12,59 @@ use crate::docs::sentences;
 /// The definitions of a job, the steps and the formats.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// In the order of their names; the kinds of jobs and everything in them.
+    /// The types of jobs and of all their parts, in the order of their names.
     pub definitions: Vec<Definition>,
-    /// In the order of the help.
+    /// The steps in the order of the help.
     pub steps: Vec<Step>,
-    /// In the order of detection.
+    /// The formats in the order of detection.
     pub formats: &'static [FormatInfo],
 }
 
-/// A type of a job that has a name.
+/// A named type of a job.
 #[derive(Clone, Debug)]
 pub struct Definition {
-    /// Its name.
+    /// The name of the type.
     pub name: String,
-    /// Its documentation.
+    /// The documentation of the type.
     pub docs: String,
-    /// What it is.
+    /// The form of the type.
     pub shape: Shape,
 }
 
-/// What a type is.
+/// The form of a type.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// An object with these fields and no others.
+    /// An object with only these fields.
     Record(Vec<Field>),
     /// One of these words.
     Words(Vec<Word>),
-    /// Another name of a type.
+    /// Another name for a type.
     Alias(Kind),
 }
 
-/// A word that an option takes.
+/// A word that an option accepts.
 #[derive(Clone, Debug)]
 pub struct Word {
-    /// The word itself.
+    /// The text of the word.
     pub word: String,
-    /// Its documentation.
+    /// The meaning of the word.
     pub docs: String,
 }
 
 /// A field of a record.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// Its name.
+    /// The name of the field.
     pub name: String,
-    /// Its documentation.
+    /// The documentation of the field.
     pub docs: String,
-    /// What it takes.
+    /// The type of the value.
     pub kind: Kind,
-    /// Whether it may be `null`, which means that it is not given.
+    /// Whether `null` is allowed, and means that the field is absent.
     pub is_nullable: bool,
-    /// Whether it must be given.
+    /// Whether the field is required.
     pub is_required: bool,
-    /// What it has where it is not given, where the schema says it or a word or `false` is it.
+    /// The default, if the schema states it, or if it is a word or a boolean.
     pub default: Option<Value>,
 }
 
@@ -77,61 +77,61 @@ pub enum Kind {
     Integer,
     /// A number.
     Number,
-    /// A string, which may be a path.
+    /// A string, for example a path.
     Text,
-    /// A definition, by its name.
+    /// A definition with this name.
     Named(String),
-    /// Any number of values of one type.
+    /// A list of values of one type.
     List(Box<Kind>),
-    /// So many values of one type.
+    /// A list with this number of values of one type.
     Tuple(Box<Kind>, usize),
-    /// An object with any names and values of a type, which may be `null`.
+    /// An object with any names, and values of a type or `null`.
     Map(Box<Kind>),
-    /// An object with one name, which tells its type.
+    /// An object with a single name, which determines the type of its value.
     Tagged(String, Box<Kind>),
     /// A value of one of these types.
     OneOf(Vec<Kind>),
-    /// A step, as text or as an object with its name in `step`.
+    /// A step: text, or an object with the step's name in `step`.
     Step,
 }
 
 /// A step of `mocap edit`.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// Its name.
+    /// The name of the step.
     pub name: &'static str,
-    /// What it does, in a few words.
+    /// A few words about the step for the help.
     pub help: &'static str,
-    /// Its documentation.
+    /// The documentation of the step.
     pub docs: String,
-    /// Its options.
+    /// The options of the step.
     pub options: Vec<StepOption>,
-    /// Whether it takes a second motion, which is no option here.
+    /// Whether the step takes a second motion, which is not in `options`.
     pub takes_other: bool,
-    /// Whether it depends on which joints are which bones.
+    /// Whether the step depends on the map from joints to bones.
     pub takes_bones: bool,
 }
 
 /// An option of a step.
 #[derive(Clone, Debug)]
 pub struct StepOption {
-    /// Its name.
+    /// The name of the option.
     pub name: String,
-    /// Its documentation.
+    /// The documentation of the option.
     pub docs: String,
-    /// What it takes.
+    /// The kind of value.
     pub takes: ValueKind,
-    /// Whether it must be given.
+    /// Whether the option is required.
     pub is_required: bool,
-    /// What it has where it is not given.
+    /// The default of the option, if there is one.
     pub default: Option<Value>,
 }
 
 impl Model {
-    /// The model of the library that is linked.
+    /// The model of the linked library.
     ///
     /// # Panics
-    /// Where the schema of jobs has a form that is not known here.
+    /// Panics if the schema of jobs has an unknown form.
     pub fn new() -> Self {
         let schema: Value = serde_json::from_str(&Job::schema()).expect("the schema is JSON");
         let definitions = schema["$defs"].as_object().expect("the schema has definitions");
@@ -156,10 +156,10 @@ impl Model {
         model
     }
 
-    /// The definition of a name.
+    /// The definition with this name.
     ///
     /// # Panics
-    /// Where there is none.
+    /// Panics if there is none.
     pub fn definition(&self, name: &str) -> &Definition {
         let found = self.definitions.iter().find(|definition| definition.name == name);
         found.unwrap_or_else(|| panic!("no definition is called {name}"))
@@ -168,7 +168,7 @@ impl Model {
     /// The fields of a record.
     ///
     /// # Panics
-    /// Where the definition is no record.
+    /// Panics if the definition is not a record.
     pub fn fields(&self, name: &str) -> &[Field] {
         match &self.definition(name).shape {
             Shape::Record(fields) => fields,
@@ -176,7 +176,7 @@ impl Model {
         }
     }
 
-    /// The words of a type, where it is one of words, under its own name or another.
+    /// The words of a type; `None` if it is not a type of words, directly or by an alias.
     pub fn words(&self, kind: &Kind) -> Option<&[Word]> {
         match kind {
             Kind::Named(name) => match &self.definition(name).shape {
@@ -188,8 +188,8 @@ impl Model {
         }
     }
 
-    /// Sets the defaults of the record `name`, which stands at `path` of a job, and of those in it. A value that a job
-    /// has no longer when it is read and written again is the default.
+    /// Sets the defaults of the record `name` at `path` of a job, and of the records in it. The default of a field is
+    /// the value that the library omits when it writes the job.
     fn find_defaults(&mut self, name: &str, job: &Value, path: &[String]) {
         for (at, field) in self.fields(name).to_vec().into_iter().enumerate() {
             let below = [path, std::slice::from_ref(&field.name)].concat();
@@ -231,7 +231,7 @@ impl Default for Model {
     }
 }
 
-/// Whether a job with a value at a path is written without it.
+/// Whether the library omits a value at a path when it writes the job.
 fn is_default(job: &Value, path: &[String], value: &Value) -> bool {
     let mut given = job.clone();
     let mut here = &mut given;
@@ -284,7 +284,7 @@ fn docs_of(value: &Value) -> String {
     sentences(value["description"].as_str().unwrap_or_default())
 }
 
-/// The words of a type that takes nothing else.
+/// The words of a type, if its schema only allows words.
 fn words(value: &Value) -> Option<Vec<Word>> {
     if let Some(words) = value["enum"].as_array() {
         let word = |word: &Value| {
@@ -304,7 +304,7 @@ fn words(value: &Value) -> Option<Vec<Word>> {
     value["oneOf"].as_array()?.iter().map(word).collect()
 }
 
-/// The type of a schema, and whether it may be `null`.
+/// The type of a schema, and whether the schema allows `null`.
 fn kind(value: &Value) -> (Kind, bool) {
     if let Some(name) = value["$ref"].as_str() {
         let name = name.rsplit('/').next().unwrap_or_default();
@@ -359,7 +359,7 @@ fn kind_of_type(name: &str, value: &Value) -> Kind {
 }
 
 fn step(step: &mocap::edit::StepInfo, docs: &mocap::edit::StepDocs) -> Step {
-    // A warp has no default: its options exclude each other.
+    // A warp has no defaults, because its options exclude each other.
     let defaults = EditStep::from_value(&json!({"step": step.name}));
     let defaults = defaults.map_or(Value::Null, |step| serde_json::to_value(step).expect("a step is JSON"));
     let options = step

@@ -1,4 +1,4 @@
-//! Writes the Python of `tools/python/python/mocap` that mirrors jobs and steps.
+//! Writes the Python code in `tools/python/python/mocap` that mirrors jobs and steps.
 
 use mocap::edit::ValueKind;
 use mocap::figure::Unit;
@@ -13,21 +13,22 @@ use crate::model::{Field, Kind, Model, Shape, Step, StepOption, Word};
 const NOTE: &str =
     "# Written by `MOCAP_WRITE=1 cargo test -p mocap-bindings`, from the documentation of Rust: do not edit.\n";
 
-/// Options with another name in Python: their last names in a job, with their records where a name is not enough.
+/// Options with another name in Python: the name in a job, and the name in Python. An ambiguous name in a job has the
+/// path of its records.
 const NAMES: &[(&str, &str)] = &[
     ("read/from", "format"),
     ("source/map", "bones"),
     ("write/force", "overwrite"),
-    // `convert` has a target of its own.
+    // `convert` already has a parameter `target`.
     ("write/fbx/target", "fbx_target"),
     ("loop", "loop_clip"),
     ("extract-root", "root_motion"),
 ];
 
-/// Steps whose functions are by hand: Python has two for a warp, and a part has two ends.
+/// Steps with handwritten functions: Python has two functions for a warp, and a trim has two ends.
 const BY_HAND: &[&str] = &["warp", "trim"];
 
-/// Options of steps that callers may give by position.
+/// Options of steps that Python accepts as positional arguments.
 const BY_POSITION: &[(&str, &[&str])] = &[
     ("blend", &["weight"]),
     ("layer", &["part"]),
@@ -40,7 +41,7 @@ const BY_POSITION: &[(&str, &[&str])] = &[
     ("turn", &["by"]),
 ];
 
-/// Types of a job that Python has in a form of its own.
+/// Types of a job with another form in Python.
 const TYPES: &[(&str, &str)] = &[
     ("Angle", "float"),
     ("BoneMap", "Bones | StrPath"),
@@ -52,10 +53,10 @@ const TYPES: &[(&str, &str)] = &[
     ("UpChoice", "Axis"),
 ];
 
-/// Words of an option beyond which it has a type with a name.
+/// The largest number of words in an unnamed type; types with more words get a name.
 const FEW_WORDS: usize = 8;
 
-/// The columns of a line.
+/// The width of a line.
 const WIDTH: usize = 120;
 
 /// A parameter of a function.
@@ -64,7 +65,7 @@ struct Parameter {
     annotation: String,
     default: Option<String>,
     docs: String,
-    /// The names by which a job has it.
+    /// The path of the parameter in a job.
     path: Vec<String>,
 }
 
@@ -79,7 +80,7 @@ impl Parameter {
         }
     }
 
-    /// As a function declares it.
+    /// The parameter in the declaration of a function.
     fn declared(&self) -> String {
         let Self {
             name,
@@ -123,7 +124,7 @@ struct Python<'a> {
 }
 
 impl Python<'_> {
-    /// The options of reading and writing, as classes.
+    /// The classes with the options of reading and writing.
     fn options(&self) -> String {
         let words = self.model.words(&Kind::Named("Format".to_owned())).unwrap_or_default();
         let format = format!("Format = {}\n", literal(words, "\n    "));
@@ -150,7 +151,7 @@ from ._options import Axis, Bones, StrPath, Unit, as_json, part
         )
     }
 
-    /// Words of options by hand, and the names with a dash, which a message of the library may have.
+    /// The words of handwritten options, and the names with a dash, which may occur in messages of the library.
     fn words(&self) -> String {
         let of_jobs = self
             .model
@@ -205,7 +206,7 @@ DASHED = (
         )
     }
 
-    /// Functions that read and write files.
+    /// The functions that read and write files.
     fn functions(&self) -> String {
         let reading = self.parameters("InputOptions", "read");
         let writing = self.writing();
@@ -299,7 +300,7 @@ from ._scene import Scene, SceneLike
         )
     }
 
-    /// A function for each step.
+    /// The functions of all steps.
     fn steps(&self) -> String {
         let steps = self.model.steps.iter().filter(|step| !BY_HAND.contains(&step.name));
         let (names, functions): (Vec<String>, Vec<String>) =
@@ -397,21 +398,21 @@ Limb = {limbs}
         text.replace("@public\n", "@step_function\n")
     }
 
-    /// The options of writing, without the file.
+    /// The options of writing, without the path of the output.
     fn writing(&self) -> Vec<Parameter> {
         let mut writing = self.parameters("OutputOptions", "write");
         writing.retain(|parameter| parameter.name != "output");
         writing
     }
 
-    /// What is known of a source, and which frames of it are taken.
+    /// The known properties of a source, and the chosen frames.
     fn source(&self) -> Vec<Parameter> {
         let mut source = self.parameters("Sources", "source");
         source.retain(|parameter| !["inputs", "with"].contains(&&*parameter.name));
         source
     }
 
-    /// The fields of a record and of the records in it.
+    /// The parameters for the fields of a record and of the records in it.
     fn parameters(&self, record: &str, place: &str) -> Vec<Parameter> {
         let mut parameters = Vec::new();
         self.add(record, place, &[], &mut parameters);
@@ -494,7 +495,7 @@ Limb = {limbs}
     }
 }
 
-/// The last option of reading, which is none of a job.
+/// The last option of reading, which a job does not have.
 fn hash() -> Parameter {
     let docs = "Compute the SHA-256 of the file, for the provenance; without, it is empty.";
     Parameter::new("hash", "bool", Some("True"), docs)
@@ -555,13 +556,13 @@ fn literal(words: &[Word], line: &str) -> String {
     format!("Literal[{}{end}]", words.join(separator))
 }
 
-/// The name in Python of what stands at a place of a job.
+/// The Python name of an option at a path of a job.
 fn named(place: &str, name: &str) -> String {
     let row = NAMES.iter().find(|(own, _)| *own == place);
     row.map_or_else(|| name.replace('-', "_"), |(_, name)| (*name).to_owned())
 }
 
-/// Documentation with a line for each word that says what it means.
+/// Documentation with one line for each documented word.
 fn with_words(docs: &str, words: &[Word]) -> String {
     let documented = words
         .iter()
@@ -570,7 +571,7 @@ fn with_words(docs: &str, words: &[Word]) -> String {
     docs.to_owned() + &lines.collect::<String>()
 }
 
-/// Documentation as Python has it: options by their names, code between two marks, `None` and `True`.
+/// Converts documentation to Python's conventions: names of options, double backquotes around code, `None` and `True`.
 fn python_docs(docs: &str) -> String {
     let parts = docs.split('`').enumerate().map(|(at, part)| match (at % 2, part) {
         (0, text) => options_named(text),
@@ -582,7 +583,7 @@ fn python_docs(docs: &str) -> String {
     parts.collect::<String>().replace('\\', "\\\\")
 }
 
-/// Options of the command line by their names in Python.
+/// Replaces options of the command line with their Python names.
 fn options_named(text: &str) -> String {
     let mut parts = text.split("--");
     let mut named = parts.next().unwrap_or_default().to_owned();
@@ -594,7 +595,7 @@ fn options_named(text: &str) -> String {
     named
 }
 
-/// Lines behind an indentation, and behind another after the first.
+/// Wraps text. The first line gets `indent`, and further lines get `further`.
 fn indented(text: &str, indent: &str, further: &str) -> String {
     let lines = wrapped(text, WIDTH - further.len());
     let lines = lines.iter().enumerate();
@@ -644,7 +645,7 @@ fn function(
     format!("@public\n{head}{docs}{body}")
 }
 
-/// A class of options, which makes its part of a job.
+/// A class of options, which converts itself to a part of a job.
 fn class(name: &str, docs: &str, fields: &[Parameter], beside: &[(&str, &str)], place: &str) -> String {
     let documented: String = fields.iter().map(Parameter::documented).collect();
     let declared: String = fields
@@ -678,7 +679,7 @@ class {name}:
     )
 }
 
-/// The call that makes a class of options of the parameters of a function.
+/// A call of the constructor of `class` with the parameters of a function.
 fn made(class: &str, parameters: &[Parameter]) -> String {
     let given: String = parameters
         .iter()
@@ -695,7 +696,7 @@ fn part_of(parameters: &[Parameter], indent: usize) -> String {
     format!("part(\n{pairs}{})", " ".repeat(indent))
 }
 
-/// The path of an option in a job, and its value.
+/// The path of an option in a job, and the option's value.
 fn pair(parameter: &Parameter, of: &str, indent: usize) -> String {
     let name = format!("{of}{}", parameter.name);
     let value = match parameter.annotation.starts_with("TimeRange") {

@@ -1,4 +1,4 @@
-//! Writes the tables of documents that repeat what the library says of itself: between two marks of a document.
+//! Writes the tables of steps in documents, each between two marks.
 
 use std::fs;
 
@@ -10,7 +10,7 @@ use crate::{Generated, ROOT};
 /// The pages with tables of steps.
 const PAGES: [&str; 3] = ["docs/steps-cleaning.md", "docs/steps-time.md", "docs/steps-pose.md"];
 
-/// The mark before a table, with the names of its steps, or `others` for those that no page names.
+/// The mark before a table, with the names of its steps. The name `others` stands for all steps that no page names.
 const START: &str = "<!-- steps: ";
 const END: &str = "<!-- end of steps -->";
 
@@ -35,7 +35,7 @@ pub(crate) fn files(model: &Model) -> Vec<Generated> {
     pages.iter().map(file).collect()
 }
 
-/// The text before the mark of a page, the names in the mark, and the text behind the table.
+/// The text before the mark of a page, the names in the mark, and the text after the table.
 fn parts<'a>(path: &str, text: &'a str) -> [&'a str; 3] {
     let parts = text.split_once(START).and_then(|(before, rest)| {
         let (names, rest) = rest.split_once(" -->\n")?;
@@ -60,10 +60,10 @@ fn rows(step: &Step) -> String {
     rows
 }
 
-/// The name of an option with what it takes.
+/// The name of an option and its kind of value.
 fn head(option: &StepOption) -> String {
     match option.takes {
-        // In text each pair is an option of its own.
+        // In a step as text, each pair is a separate option.
         ValueKind::Moments => format!("`{}`", option.takes.symbol()),
         ValueKind::Flag => format!("`{}`", option.name),
         ValueKind::OneOf(words) => {

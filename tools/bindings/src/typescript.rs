@@ -1,5 +1,5 @@
-//! Writes the types of TypeScript in `tools/wasm/package` that mirror jobs, steps and formats, and the formats that the
-//! drop page opens.
+//! Writes the TypeScript types in `tools/wasm/package` that mirror jobs, steps and formats. Also writes the list of
+//! formats that the drop page opens.
 
 use mocap::Contents;
 use mocap::edit::ValueKind;
@@ -15,7 +15,7 @@ use crate::names;
 const NOTE: &str =
     "// Written by `MOCAP_WRITE=1 cargo test -p mocap-bindings`, from the documentation of Rust: do not edit.\n";
 
-/// Records whose fields are options of calls, too: in camel case, beside each other.
+/// Records whose fields are also options of calls, in camel case and in a flat list.
 const OPTIONS: &[&str] = &[
     "InputOptions",
     "SourceSpace",
@@ -26,17 +26,17 @@ const OPTIONS: &[&str] = &[
     "RobotTarget",
 ];
 
-/// The kinds of jobs. None has the parts that only others have.
+/// The kinds of jobs. No other kind has the parts that are specific to one kind.
 const JOBS: [&str; 4] = ["MotionJob", "SurveyJob", "GraphJob", "WalkJob"];
 
-/// Options of calls with a type of their own. A file is there with its bytes.
+/// Options of calls with a type of their own. A file is passed with its bytes.
 const OWN_TYPES: &[(&str, &str, &str)] = &[
     ("InputOptions", "body", "File"),
     ("InputOptions", "static", "File"),
     ("RobotTarget", "passes", "1 | 2"),
 ];
 
-/// The strings that a type takes whose schema says no more than `string`.
+/// The accepted strings of types for which the schema only states `string`.
 const TEXTS: &[(&str, &str)] = &[
     ("Angle", "number | `${number}`"),
     (
@@ -52,10 +52,10 @@ const TEXTS: &[(&str, &str)] = &[
     ("TimeScale", "number | \"auto\" | `${number}`"),
 ];
 
-/// Definitions that TypeScript calls otherwise.
+/// Definitions with another name in TypeScript.
 const RENAMED: &[(&str, &str)] = &[("UnitChoice", "Unit"), ("UpChoice", "Axis")];
 
-/// What the options of calls are called that a record has.
+/// The name of the interface with a record's options of calls.
 fn call_options(record: &str) -> String {
     match record.strip_suffix("Options") {
         Some(of) => format!("{of}CallOptions"),
@@ -63,16 +63,16 @@ fn call_options(record: &str) -> String {
     }
 }
 
-/// Steps of a list, which has a name only in the schema.
+/// The schema's name for a list of steps; TypeScript has no name for it.
 const STEPS: &str = "Steps";
 
-/// Files that the drop page reads with others and not alone.
+/// Formats that the drop page only reads together with other files.
 const BESIDE: &[&str] = &["asf"];
 
-/// Other extensions of characters and of robots.
+/// Further extensions of characters and of robots.
 const MORE_EXTENSIONS: &[&str] = &["vrm", "xml"];
 
-/// The columns of a line.
+/// The width of a line.
 const WIDTH: usize = 130;
 
 pub(crate) fn files(model: &Model) -> Vec<Generated> {
@@ -88,7 +88,7 @@ pub(crate) fn files(model: &Model) -> Vec<Generated> {
     ]
 }
 
-/// The extensions of the files that the drop page opens.
+/// The extensions of files that the drop page opens.
 fn page(model: &Model) -> String {
     let opened = model
         .formats
@@ -174,7 +174,7 @@ impl TypeScript<'_> {
         .concat()
     }
 
-    /// The options of a record as a call takes them.
+    /// The options of a record, as they appear in a call.
     fn options(&self, record: &str) -> String {
         let definition = self.model.definition(record);
         let fields = self.model.fields(record).iter().filter_map(|field| {
@@ -214,7 +214,8 @@ impl TypeScript<'_> {
         fields.iter().map(field).collect()
     }
 
-    /// The parts that a kind of job does not have: without them, any of the union would pass.
+    /// Members of type `never` for the parts that a kind of job does not have. Without them, a union of jobs would
+    /// accept parts of another kind.
     fn never(&self, name: &str) -> String {
         if !JOBS.contains(&name) {
             return String::new();
@@ -251,7 +252,7 @@ impl TypeScript<'_> {
             Kind::Named(name) => renamed(name),
             Kind::List(item) => format!("{}[]", self.kind(item)),
             Kind::Tuple(item, count) => format!("[{}]", vec![self.kind(item); *count].join(", ")),
-            // A map of bones has joints that follow others too.
+            // A map of bones may also contain joints that follow other joints.
             Kind::Map(of) if matches!(**of, Kind::OneOf(_)) => {
                 "Record<string, string | null | Record<string, string>>".to_owned()
             }
@@ -282,7 +283,7 @@ impl TypeScript<'_> {
     }
 }
 
-/// The type of an option of a step in JSON.
+/// The JSON type of a step's option.
 fn of_step(option: &StepOption) -> String {
     let point = "[number, number, number]";
     match option.takes {
@@ -302,7 +303,7 @@ fn of_step(option: &StepOption) -> String {
     }
 }
 
-/// `foot-lock` as `FootLockStep`.
+/// Converts `foot-lock` to `FootLockStep`.
 fn step_type(name: &str) -> String {
     let words = name.split('-').map(|word| word[..1].to_uppercase() + &word[1..]);
     words.collect::<String>() + "Step"
@@ -318,7 +319,7 @@ fn union<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     words.collect::<Vec<_>>().join(" | ")
 }
 
-/// A name that may need quotes.
+/// A name, with quotes if it needs them.
 fn quoted(name: &str) -> String {
     match name.contains('-') {
         true => format!("\"{name}\""),
@@ -326,7 +327,7 @@ fn quoted(name: &str) -> String {
     }
 }
 
-/// Documentation with a default, where it does not say it.
+/// Documentation with the default, unless the documentation already states it.
 fn documented(docs: &str, default: Option<String>) -> String {
     match default.filter(|default| default != "false" && !docs.contains("Default: ")) {
         Some(default) => format!("{docs} Default: `{default}`."),
@@ -355,7 +356,7 @@ fn alias(name: &str, docs: &str, kind: &str) -> String {
     format!("\n{}{line}", comment(docs, ""))
 }
 
-/// Documentation before a declaration. A line of its own is a paragraph.
+/// Documentation as a comment before a declaration. Each line of the documentation is a paragraph.
 fn comment(docs: &str, indent: &str) -> String {
     let docs = docs.replace("*/", "* /").replace("`None`", "none");
     let lines = docs.lines().flat_map(|line| wrapped(line, WIDTH - indent.len() - 7));

@@ -1,4 +1,4 @@
-//! What the model says is what the library does.
+//! Compares the model with the library.
 
 use mocap::edit::{EditStep, StepKey};
 use mocap::scene::RotationOrder;
@@ -45,7 +45,11 @@ fn every_step_and_every_option_is_there_with_its_documentation() {
     let smooth = model.steps.iter().find(|step| step.name == "smooth").unwrap();
     let cut_off = smooth.options.iter().find(|option| option.name == "cut-off").unwrap();
     assert_eq!(cut_off.default, Some(json!(6.0)));
-    assert_eq!(cut_off.docs, "The cut-off in Hz. Default: 6, which keeps a walk.");
+    assert_eq!(
+        cut_off.docs,
+        "The cut-off frequency in Hz: the filter keeps slower changes, and removes faster ones. Default: 6, which is \
+         above the frequencies of a walk."
+    );
     let required: Vec<&str> = model
         .steps
         .iter()

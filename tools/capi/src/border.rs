@@ -61,10 +61,10 @@ impl From<mocap::Error> for Failure {
     }
 }
 
-/// The most bytes of an error text, with the zero byte at its end.
+/// The largest size of an error text in bytes, including the zero byte at its end.
 const LONGEST_TEXT: usize = 4096;
 
-/// The end of a truncated text.
+/// The end of a shortened text.
 const CUT: &str = " ...";
 
 /// Memory for the text of a thread's last failure. The memory is never freed, so that pointers into it stay valid. When

@@ -47,7 +47,7 @@ pub unsafe extern "C" fn mocap_controller_open(
         let database = Database::read(bytes)?;
         if let Some(clip) = database.clips().iter().find(|clip| !clip.is_packed() && !clip.mirrored) {
             let message = format!(
-                "the database lacks the motion of {}: make the database with --pack",
+                "the database lacks the motion of {}: make the database with `mocap index --pack`",
                 clip.row.file
             );
             return Err(Failure::argument(&message));
@@ -166,7 +166,7 @@ pub unsafe extern "C" fn mocap_controller_follow(controller: *mut Controller, tr
         // SAFETY: the caller passes 12 floats.
         let numbers = unsafe { slice::from_raw_parts(trajectory, TRAJECTORY) };
         if numbers.iter().any(|number| !number.is_finite()) {
-            return Err(Failure::argument("a number of trajectory is not finite"));
+            return Err(Failure::argument("a number in trajectory is not finite"));
         }
         let at = |place: usize| Vec3::new(numbers[place], 0.0, numbers[place + 1]);
         let trajectory = Trajectory::new([0, 2, 4].map(at), [6, 8, 10].map(at));

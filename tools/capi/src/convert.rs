@@ -73,7 +73,7 @@ pub unsafe extern "C" fn mocap_convert(scene: *const Scene, conversion: *const C
     guard(ptr::null_mut(), || {
         // SAFETY: the caller passes an open scene.
         let scene = unsafe { opened(scene) }?;
-        // SAFETY: the caller passes NULL or a conversion, all of whose bits make numbers.
+        // SAFETY: the caller passes NULL or a conversion, and any bits are valid numbers.
         let conversion = match unsafe { conversion.as_ref() } {
             Some(conversion) => conversion.to_mocap()?,
             None => mocap::Conversion::new(),

@@ -23,8 +23,8 @@ use crate::{opened, text};
 /// Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 ///
 /// # Safety
-/// `scene` is an open scene, `steps` is a string that ends with a zero byte, and `others` points to `other_count` open
-/// scenes, or is NULL where `other_count` is 0.
+/// `scene` is an open scene, and `steps` is a string that ends with a zero byte. `others` points to `other_count` open
+/// scenes, or is NULL if `other_count` is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_edit(
     scene: *const Scene,

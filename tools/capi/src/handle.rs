@@ -1,4 +1,4 @@
-//! The scene behind a handle, with all strings for C prepared.
+//! The scene at a handle, with all its strings prepared for C.
 
 use std::ffi::{CStr, CString};
 

@@ -97,7 +97,7 @@ pub extern "C" fn mocap_error_text() -> *const c_char {
 /// Frees a scene and every text that came from it. NULL is allowed.
 ///
 /// # Safety
-/// `scene` comes from `mocap_open_file` or `mocap_open_memory`, was not closed before, and is used by no other thread.
+/// `scene` was returned by a function of this library, was not closed before, and is used by no other thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_close(scene: *mut Scene) {
     guard((), || {

@@ -15,25 +15,25 @@ use crate::{path_from, text};
 ///
 /// The formats, detected from the contents, or else from the extension:
 ///
-/// - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
+/// - BVH (`.bvh`) and Acclaim (`.amc` with an `.asf` in the same folder, or `.asf` alone): lengths in the file's unit.
 /// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
-/// - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
+/// - TRC (`.trc`): markers, each a node; lengths and axes as in the file.
 /// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
 ///   metres, +Y up.
-/// - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths in the file's unit, its axes.
-/// - MikuMikuDance (`.vmd`, `.pmx`): a motion on the model beside it or on generic proportions, a skeleton; lengths
-///   in units of 0.08 m, +Y up.
+/// - USD (`.usda`, `.usdz`): the skeleton and its animations; lengths and axes as in the file.
+/// - MikuMikuDance (`.vmd`, `.pmx`): a skeleton, or a motion on the model in the same folder or on generic proportions;
+///   lengths in units of 0.08 m, +Y up.
 /// - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
 /// - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
-///   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
+///   that are known by their names or shapes; lengths in metres. The reader never runs code of a file.
 /// - Tables (`.csv`, and `.parquet` in builds with that feature): arrays that this library wrote, and positions.
 /// - Joint angles of OpenSim (`.mot`, `.sto`): a body of generic proportions; lengths in metres.
-/// - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
+/// - Robots (URDF `.urdf`, MJCF `.mjcf`): only the skeleton.
 ///
-/// 3ds Max `.bip` is refused, with advice on what to export instead.
+/// The reader refuses 3ds Max `.bip`, and suggests formats to export instead.
 ///
-/// In BVH, the position channels of the root replace its OFFSET. If the root position of the first frame is near zero
-/// on all axes and the OFFSET is not, they are added to the OFFSET.
+/// In BVH, the position channels of the root replace its OFFSET. They are added to the OFFSET if the OFFSET is not near
+/// zero, but the root position is, in the first frame or in the median of all frames.
 ///
 /// A scene never changes, so any number of threads may use it at the same time. Free it with `mocap_close`.
 ///
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
 /// `mocap_report` returns the residuals of the solution. NULL means no options. The result is as for `mocap_open_file`.
 ///
 /// # Safety
-/// `path` is a string that ends with a zero byte, and so is `reading`, or it is NULL.
+/// `path` is a string that ends with a zero byte. `reading` is such a string or NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_open_file_as(path: *const c_char, reading: *const c_char) -> *mut Scene {
     guard(ptr::null_mut(), || {

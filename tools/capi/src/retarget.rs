@@ -1,4 +1,4 @@
-//! The motion of one humanoid on the skeleton of another, pose by pose.
+//! Retargets the motion of a humanoid to another humanoid, pose by pose.
 
 use std::ffi::{CString, c_char};
 use std::ptr;
@@ -108,8 +108,8 @@ pub unsafe extern "C" fn mocap_retarget_pose(
             (world, pose.node_to_world_arrays()),
         ] {
             if !place.is_null() {
-                // SAFETY: there is room for `count` matrices, which is no less than there are, and the caller's memory
-                // does not overlap with the memory of the retargeter.
+                // SAFETY: there is room for `count` matrices, at least the number of nodes, and the caller's memory
+                // does not overlap the retargeter.
                 unsafe { ptr::copy_nonoverlapping(matrices.as_ptr(), place.cast::<Matrix>(), to) };
             }
         }
@@ -143,7 +143,7 @@ pub unsafe extern "C" fn mocap_unmapped_text(retargeter: *const Retargeter, bone
     })
 }
 
-/// Takes the matrices of all nodes to their parents into a pose.
+/// Copies the matrices of all nodes relative to their parents into a pose.
 ///
 /// # Safety
 /// `source` is NULL or points to 16 x `count` floats.
@@ -159,7 +159,7 @@ pub(crate) unsafe fn take(pose: &mut Pose, source: *const f32, count: usize) -> 
     // SAFETY: the caller passes `count` matrices, and a float array has the alignment of a float.
     let matrices = unsafe { slice::from_raw_parts(source.cast::<Matrix>(), nodes) };
     if matrices.iter().flatten().any(|number| !number.is_finite()) {
-        return Err(Failure::argument("a number of source is not finite"));
+        return Err(Failure::argument("a number in source is not finite"));
     }
     for (node, matrix) in pose.node_to_parent.iter_mut().zip(matrices) {
         *node = Mat4::from_cols_array(matrix);

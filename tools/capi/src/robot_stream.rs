@@ -1,4 +1,4 @@
-//! A motion on a robot while it comes.
+//! Retargets a live motion to a robot.
 
 use std::collections::VecDeque;
 use std::ffi::{CString, c_char};
@@ -12,7 +12,7 @@ use crate::handle::Scene;
 use crate::retarget::take;
 use crate::{opened, path_from, text};
 
-/// Numbers of the base in a frame: its position, and its rotation as w, x, y, z.
+/// The number of values of the base in a frame: its position, and its rotation as w, x, y, z.
 const BASE: usize = 7;
 
 /// Retargets a stream of poses to a robot. Programs only hold pointers to this type.
@@ -20,7 +20,7 @@ pub struct RobotStream {
     stream: SmoothRobotStream,
     pose: Pose,
     joints: Vec<CString>,
-    /// The frames that are left, once the stream has ended.
+    /// The remaining frames, once the stream has ended.
     left: Option<VecDeque<Vec<f64>>>,
 }
 
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn mocap_robot_stream_delay(stream: *const RobotStream) ->
     guard(0.0, || Ok(unsafe { living(stream) }?.stream.delay()))
 }
 
-/// The number of joints of the robot. A frame has 7 more numbers. 0 for NULL.
+/// The number of joints of the robot. A frame has 7 values more. 0 for NULL.
 ///
 /// # Safety
 /// `stream` is NULL or an open stream.
@@ -112,9 +112,9 @@ pub unsafe extern "C" fn mocap_robot_stream_joint_name(stream: *const RobotStrea
 }
 
 /// Takes the next pose: the matrix of every node of the source relative to its parent, as for `mocap_retarget_pose`.
-/// Writes the finished frame to `frame`, and whether a frame is finished to `given`. The frame is MuJoCo's `qpos`: x, y
-/// and z of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or
-/// metres. `count` is the number of values that fit in `frame`, at least 7 plus one for each joint.
+/// Writes the finished frame to `frame`, and whether a frame is finished to `given`. The frame is MuJoCo's `qpos` with
+/// +Z up. It has the position of the base in metres (x, y, z), its rotation (w, x, y, z), and the joint positions in
+/// radians or metres. `count` is the number of values that fit in `frame`, at least 7 plus one for each joint.
 ///
 /// Only one thread at a time may use a stream.
 ///
@@ -134,12 +134,12 @@ pub unsafe extern "C" fn mocap_robot_stream_push(
         // SAFETY: the caller passes NULL or a stream that it alone uses.
         let stream = unsafe { with_room(stream, frame, count, given) }?;
         if stream.left.is_some() {
-            return Err(Failure::argument("the stream has ended with mocap_robot_stream_pull"));
+            return Err(Failure::argument("mocap_robot_stream_pull has ended the stream"));
         }
         // SAFETY: the caller passes `source_count` matrices.
         unsafe { take(&mut stream.pose, source, source_count) }?;
         let found = stream.stream.push(&stream.pose).map(|motion| motion.qpos());
-        // SAFETY: there is room for a frame, and for whether there is one.
+        // SAFETY: `frame` has room for a frame, and `given` for a bool.
         unsafe { put(found.as_deref(), frame, given) };
         Ok(())
     })
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn mocap_robot_stream_pull(
         let size = stream.size();
         let RobotStream { stream, left, .. } = stream;
         let left = left.get_or_insert_with(|| frames(&stream.finish(), size));
-        // SAFETY: there is room for a frame, and for whether there is one.
+        // SAFETY: `frame` has room for a frame, and `given` for a bool.
         unsafe { put(left.pop_front().as_deref(), frame, given) };
         Ok(())
     })
@@ -185,7 +185,7 @@ pub unsafe extern "C" fn mocap_robot_stream_report(stream: *const RobotStream) -
 }
 
 impl RobotStream {
-    /// The numbers of a frame.
+    /// The number of values of a frame.
     fn size(&self) -> usize {
         BASE + self.joints.len()
     }
@@ -198,7 +198,7 @@ fn frames(motion: &RobotMotion, size: usize) -> VecDeque<Vec<f64>> {
 /// # Safety
 /// `frame` points to room for the numbers, and `given` to a bool.
 unsafe fn put(found: Option<&[f64]>, frame: *mut f64, given: *mut bool) {
-    // SAFETY: the caller says that there is room, and its memory is not the memory of the stream.
+    // SAFETY: the caller guarantees the room, outside the memory of the stream.
     unsafe {
         if let Some(numbers) = found {
             ptr::copy_nonoverlapping(numbers.as_ptr(), frame, numbers.len());
@@ -214,7 +214,7 @@ unsafe fn living<'a>(stream: *const RobotStream) -> Result<&'a RobotStream, Fail
     unsafe { stream.as_ref() }.ok_or_else(|| Failure::argument("the stream is NULL"))
 }
 
-/// A stream, once there is room for its next frame and for whether there is one.
+/// The stream at a pointer. Fails if `frame` is too small for a frame, or a pointer is NULL.
 ///
 /// # Safety
 /// `stream` is NULL or a stream that no other thread uses.

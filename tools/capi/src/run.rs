@@ -118,7 +118,7 @@ pub unsafe extern "C" fn mocap_text_free(text: *mut c_char) {
 mod tests {
     use super::*;
 
-    /// Every step of `tests/steps.json`, on a short motion, with another where it takes one.
+    /// Runs every step of `tests/steps.json` on a short motion, with a second motion for the steps that take one.
     #[test]
     fn every_step_can_be_done_in_a_job() {
         let steps: Vec<String> = serde_json::from_str(include_str!("../../../tests/steps.json")).unwrap();
@@ -138,7 +138,7 @@ mod tests {
             // SAFETY: the text ends with a zero byte.
             let report = unsafe { mocap_run(text.as_ptr()) };
             assert!(!report.is_null(), "{step}");
-            // SAFETY: it comes from `mocap_run`.
+            // SAFETY: the text comes from `mocap_run`.
             unsafe { mocap_text_free(report) };
             let made = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap().0;
             assert!(made.into_bytes().unwrap() == std::fs::read(&output).unwrap(), "{step}");
@@ -159,9 +159,9 @@ mod tests {
             if report.is_null() {
                 return None;
             }
-            // SAFETY: it comes from `mocap_run`.
+            // SAFETY: the text comes from `mocap_run`.
             let text = unsafe { std::ffi::CStr::from_ptr(report) }.to_str().unwrap().to_owned();
-            // SAFETY: as above, and nothing borrows it.
+            // SAFETY: the text comes from `mocap_run`, and nothing borrows it.
             unsafe { mocap_text_free(report) };
             Some(serde_json::from_str::<serde_json::Value>(&text).unwrap())
         };
@@ -180,7 +180,7 @@ mod tests {
         };
         assert_eq!(run(walked(&walk)).unwrap()["walk"]["frames"], 841); // 7 s at 120 Hz
         assert_eq!(mocap::import(&walk).unwrap().animations[0].frame_count(), 841);
-        // The graph is the input, and no walk replaces it.
+        // The graph is an input, so the walk must not replace it.
         assert!(run(walked(&graph)).is_none());
         std::fs::write(&graph, "{").unwrap();
         assert!(run(walked(&folder.join("none.bvh"))).is_none() && !folder.join("none.bvh").exists());

@@ -1,4 +1,4 @@
-//! What a laboratory asks of a motion: columns over time, and reports.
+//! Tables over time and reports for laboratories.
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
@@ -121,7 +121,8 @@ pub unsafe extern "C" fn mocap_table_unit(table: *const Table, column: usize) ->
     guard(ptr::null(), || at(&unsafe { made(table) }?.units, column))
 }
 
-/// The values of a table, row by row, with one value for each column; NULL for NULL. They live as long as the table.
+/// The values of a table, row by row, with one value for each column; NULL for NULL. The values live as long as the
+/// table.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.
@@ -133,14 +134,14 @@ pub unsafe extern "C" fn mocap_table_values(table: *const Table) -> *const f64 {
 
 /// A report on a scene as JSON, by its name:
 ///
-/// - "solved": how well a skeleton that was solved from markers explains them: `markers`, `rms_of_seconds`, `joints`
+/// - "solved": the fit of a skeleton to the markers from which it was solved: `markers`, `rms_of_seconds`, `joints`
 ///   with their lengths and deviations, `swaps`, `filled` and `frames`; `null` for other scenes;
-/// - "recorded": what a C3D file has beside markers: `events`, `channels` and `plates`; `null` where it has nothing;
-/// - "inspect": what `mocap info --json` prints: counts, clips, what is assumed, warnings;
-/// - "bones": which node is which bone of a humanoid, how sure that is, and why;
+/// - "recorded": the data of a C3D file besides markers: `events`, `channels` and `plates`; `null` if there are none;
+/// - "inspect": the output of `mocap info --json`: counts, clips, assumptions, warnings;
+/// - "bones": the node of each humanoid bone, with confidence and reason;
 /// - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
 ///
-/// `mocap_text_free` frees it. NULL where there is no such report; `mocap_error_text` says why.
+/// Free the text with `mocap_text_free`. NULL if there is no such report; `mocap_error_text` has the reason.
 ///
 /// # Safety
 /// `scene` is an open scene, and `what` is a string that ends with a zero byte.
@@ -174,7 +175,7 @@ fn at(texts: &[CString], column: usize) -> Result<*const c_char, Failure> {
     Ok(text.as_ptr())
 }
 
-/// The table behind a handle.
+/// The table at a pointer.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.

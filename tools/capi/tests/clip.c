@@ -1,4 +1,4 @@
-/* Plays a packed clip, and compares it with the motion that it was made from.
+/* Plays a packed clip, and compares it with its source motion.
  *
  *     clip walk.bvh walk.mclip
  */

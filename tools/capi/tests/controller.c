@@ -1,4 +1,4 @@
-/* Leads a figure by motion matching, with a database and with motions that were read.
+/* Steers a figure by motion matching, with a database and with the motions of scenes.
  *
  *     controller character.bvh walk.bvh walk.mdb
  */
@@ -17,7 +17,7 @@ static void check(int holds, const char *what)
     }
 }
 
-/* Three seconds at 1.2 metres a second along +Z, then a stand; returns how far the figure went. */
+/* Walks for three seconds along +Z at 1.2 m/s, and then stands. Returns the distance that the figure walked. */
 static float walk(mocap_controller *figure, uint32_t nodes, const char *what)
 {
     float root[4], before[4];
@@ -68,7 +68,7 @@ int main(int count, char **arguments)
         check(gone[which] > 2.5f && gone[which] < 4.5f, "it goes three seconds long at 1.2 metres a second");
         mocap_controller_free(figures[which]);
     }
-    /* Packed motions are within a tenth of a millimetre of those of the file. */
+    /* Packed motions are within 0.1 mm of the motions of the files. */
     check(fabsf(gone[0] - gone[1]) < 0.05f, "both ways are one");
 
     check(mocap_controller_open(hero, bytes, size - 1) == NULL, "a database that is cut off");

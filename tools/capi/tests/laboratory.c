@@ -1,4 +1,4 @@
-/* Asks a laboratory's file for what it has: forces, events, a skeleton from markers, angles, a walk.
+/* Reads data of laboratories: forces, events, a skeleton from markers, angles, a walk.
  *
  *     laboratory plates.c3d markers.c3d walk.bvh short.bvh output.glb
  */
@@ -18,7 +18,7 @@ static void check(int holds, const char *what)
     }
 }
 
-/* The value of a column, by its name. */
+/* The value of the column with this name and unit. */
 static double value(const mocap_table *table, size_t row, const char *name, const char *unit)
 {
     size_t columns = mocap_table_column_count(table);
@@ -69,7 +69,7 @@ int main(int count, char **arguments)
     mocap_table *forces = mocap_table_new(plates, "forces");
     check(forces != NULL, "forces");
     check(mocap_table_rate(forces) == 400 && mocap_table_row_count(forces) == 80, "rows");
-    /* What ezc3d reads of it; see src/cli/tests/it/c3d_recorded.rs. */
+    /* The expected numbers come from ezc3d; see src/cli/tests/it/c3d_recorded.rs. */
     check(fabs(value(forces, 40, "ground_force_1_vy", "N") - 779.14866) < 1e-3, "force");
     check(fabs(value(forces, 40, "ground_force_1_px", "m") - 0.16927582) < 1e-6, "centre");
     mocap_table *analog = mocap_table_new(plates, "analog");

@@ -1,4 +1,4 @@
-/* Reads the lecture's file and holds every world matrix against the closed form of its motion.
+/* Reads the lecture's file, and compares every world matrix with the closed form of the motion.
  *
  *     lecture lecture_Test.bvh
  */
@@ -23,8 +23,8 @@ enum { NODES = 4, THREADS = 4 };
         }                                                                                                    \
     } while (0)
 
-/* Where the nodes are at a tick: the shoulder at (0.1 (tick + 1), 0.02 tick), links 2, 1.5 and 0.5 long, each joint
- * turned by 5, 10 and 8 degrees times tick + 1 against the link before. */
+/* The positions of the nodes at a tick. The shoulder is at (0.1 (tick + 1), 0.02 tick), and the links are 2, 1.5 and
+ * 0.5 long. The joints are turned by 5, 10 and 8 degrees times tick + 1, relative to the link before. */
 static void arm(double tick, double positions[NODES][2])
 {
     static const double lengths[] = {2.0, 1.5, 0.5};
@@ -72,7 +72,7 @@ static void check_skeleton(const mocap_scene *scene)
     CHECK(mocap_node_parent(scene, 0) == MOCAP_NO_NODE && mocap_error_text()[0] == '\0');
     CHECK(mocap_find_node(scene, "Ankle") == MOCAP_NO_NODE);
     CHECK(strcmp(mocap_error_text(), "there is no node named \"Ankle\"") == 0);
-    /* The text stays while other calls succeed, also one that frees what the failed call was about. */
+    /* Successful calls do not change the text, even a call that frees a scene. */
     const char *text = mocap_error_text();
     mocap_scene *copy = mocap_convert(scene, NULL);
     CHECK(copy != NULL && (mocap_close(copy), strcmp(text, "there is no node named \"Ankle\"") == 0));
@@ -100,11 +100,11 @@ static void check_poses(const mocap_scene *scene)
     CHECK(mocap_rest_world_matrices(scene, matrices[0], NODES) == MOCAP_STATUS_OK);
     CHECK(matrices[1][12] == 2.0f && matrices[2][12] == 3.5f && matrices[3][12] == 4.0f);
     CHECK(mocap_local_matrices(scene, 0, 9.0, matrices[0], NODES) == MOCAP_STATUS_OK);
-    /* Column after column: the second number is the sine of the shoulder's 50 degrees. */
+    /* Matrices are stored by columns: the second number is the sine of the shoulder's 50 degrees. */
     CHECK(fabs(matrices[0][1] - sin(50.0 * acos(-1.0) / 180.0)) < 1e-6);
     CHECK(matrices[1][12] == 2.0f);
 
-    /* NaN stands for tick 0, and a tick beyond an end for that end. */
+    /* NaN means tick 0, and a tick beyond an end means that end. */
     float same[NODES][16];
     static const double others[][2] = {{NAN, 0.0}, {-1.0, 0.0}, {INFINITY, 9.0}};
     for (size_t pair = 0; pair < sizeof others / sizeof others[0]; pair++) {
@@ -166,7 +166,7 @@ static void check_chain(const mocap_scene *scene)
             CHECK(chain[at].matrix[12] == links[joint - 1] && chain[at].matrix[13] == 0.0f);
         }
     }
-    /* No more than there is room for. */
+    /* The call writes at most `count` matrices. */
     chain[1].index = 77;
     CHECK(mocap_chain(scene, 0, 9.0, "Wrist", NULL, NULL, chain, 1) == LENGTH && chain[1].index == 77);
     CHECK(mocap_chain(scene, 0, 9.0, "Wirst", NULL, NULL, NULL, 0) == 0);
@@ -179,7 +179,7 @@ static void check_chain(const mocap_scene *scene)
     CHECK(strcmp(mocap_error_text(), "point_in_world is NULL") == 0);
 }
 
-/* A job reads and writes files by itself. */
+/* Runs jobs, which read and write files. */
 static void check_jobs(const char *path)
 {
     char job[1024], output[] = "/tmp/mocap-job-XXXXXX";
@@ -205,13 +205,13 @@ static void check_jobs(const char *path)
     CHECK(mocap_run(NULL) == NULL);
 }
 
-/* Twice as fast, the arm stands at each moment where it stood at twice the time. */
+/* At twice the speed, the pose at each time equals the original pose at twice the time. */
 static void check_edits(const mocap_scene *scene)
 {
     float matrices[NODES][16], edited_matrices[NODES][16];
     mocap_scene *fast = mocap_edit(scene, "[{\"step\": \"warp\", \"speed\": 2}]", NULL, 0);
     CHECK(fast != NULL && mocap_edit_report_count(fast) == 1 && mocap_edit_report_count(scene) == 0);
-    CHECK(strncmp(mocap_edit_report_text(fast, 0), "warp: 0.90 s, now 0.40 s", 24) == 0);
+    CHECK(strncmp(mocap_edit_report_text(fast, 0), "warp: 0.90 s long, now 0.40 s", 29) == 0);
     CHECK(mocap_edit_report_text(fast, 1) == NULL);
     CHECK(mocap_world_matrices(fast, 0, 3.0, edited_matrices[0], NODES) == MOCAP_STATUS_OK);
     CHECK(mocap_world_matrices(scene, 0, 6.0, matrices[0], NODES) == MOCAP_STATUS_OK);
@@ -220,7 +220,7 @@ static void check_edits(const mocap_scene *scene)
             CHECK(fabs(edited_matrices[node][axis] - matrices[node][axis]) < 1e-6);
         }
     }
-    /* The last frame of the one is the first of the other. */
+    /* The last frame of the first motion is the first frame of the second. */
     const mocap_scene *others[] = {scene};
     mocap_scene *both = mocap_edit(scene, "[\"concat:align=false\"]", others, 1);
     CHECK(both != NULL && mocap_duration(both, 0) == 18.0);
@@ -232,14 +232,14 @@ static void check_edits(const mocap_scene *scene)
     CHECK(mocap_edit(scene, "[\"mirror\"]", NULL, 0) == NULL);
     CHECK(strstr(mocap_error_text(), "the skeleton is not a humanoid") != NULL);
     CHECK(mocap_edit(scene, "[\"concat\"]", NULL, 0) == NULL);
-    CHECK(strstr(mocap_error_text(), "takes motion 2, but there are only 1") != NULL);
+    CHECK(strstr(mocap_error_text(), "uses the motion number 2, but the number of motions is 1") != NULL);
     CHECK(mocap_edit(scene, "mirror", NULL, 0) == NULL);
     CHECK(strstr(mocap_error_text(), "steps must be a JSON list") != NULL);
     CHECK(mocap_edit(scene, "[\"concat\"]", NULL, 1) == NULL);
     CHECK(strcmp(mocap_error_text(), "others is NULL") == 0);
 }
 
-/* The unit of the lecture's arm and the axis that points up in it are not stated: both are guessed, or named. */
+/* The file states neither its unit nor its up axis. They are inferred, or stated by the caller. */
 static void check_conversions(const mocap_scene *scene)
 {
     float matrices[NODES][16];

@@ -1,4 +1,4 @@
-// Everything of mocap.hpp once, with nothing freed by hand.
+// Uses everything in mocap.hpp once, and frees nothing by hand.
 //
 //     owners lecture_Test.bvh walk.bvh walk.mclip hero.gltf mirrored.bvh
 
@@ -96,7 +96,7 @@ void errors(const mocap::Scene &scene)
         check(error.status() == MOCAP_STATUS_BAD_ARGUMENT, "the argument is at fault");
     }
     check(scene.find("nobody") == mocap::no_node, "nobody is found");
-    // Texts that are kept too long are texts, of whatever failure.
+    // A pointer that is kept too long still points to a text, of any failure.
     const char *kept = mocap_error_text();
     const char *of_thread = nullptr;
     std::thread thread([&] {

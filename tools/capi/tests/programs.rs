@@ -177,8 +177,8 @@ fn cmake_finds_the_library() {
     }
 }
 
-/// The tick, where it is asked for, and the position of the end of the lecture's arm: the closed form of its motion;
-/// see tests/lecture.c.
+/// The positions of the end of the lecture's arm, from the closed form of its motion; see tests/lecture.c. With `ticks`
+/// 1, each line begins with its tick.
 fn path_of_the_wrist(ticks: usize) -> String {
     let mut expected = String::new();
     for tick in 0..10u8 {
@@ -195,7 +195,7 @@ fn path_of_the_wrist(ticks: usize) -> String {
     expected
 }
 
-/// The file is in centimetres with +Z up, its second bone turned by 90 degrees; `fixtures/README.md` describes it.
+/// The file is in centimetres with +Z up, and its second bone is turned by 90 degrees; see `fixtures/README.md`.
 #[test]
 fn a_c_program_reads_fbx() {
     let prefix = installed("rest");
@@ -251,7 +251,7 @@ fn a_c_program_has_tables_and_reports() {
     let prefix = installed("laboratory");
     let program = prefix.join("laboratory");
     compile(C, "tests/laboratory.c", &program, &flags(&prefix, &[]));
-    // A few frames: valgrind is slow.
+    // Use few frames, because valgrind is slow.
     let markers = prefix.join("markers.trc");
     let _ = std::fs::remove_file(&markers);
     let mut scene = mocap::import("../../fixtures/markers/cmu_01_01.c3d").unwrap();

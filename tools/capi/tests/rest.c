@@ -1,4 +1,4 @@
-/* Prints the nodes of a file, each with its parent and its place in the world at rest.
+/* Prints the nodes of a file, each with its parent and its world position in the rest pose.
  *
  *     rest character.fbx
  */
@@ -25,7 +25,7 @@ int main(int argc, char **argv)
         const float *place = matrices + 16 * node + 12;
         printf("%s %d", mocap_node_name(scene, node), (int)mocap_node_parent(scene, node));
         for (int axis = 0; axis < 3; axis++) {
-            /* Whole millimetres: rounding leaves no -0. */
+            /* Print whole millimetres, because an integer has no -0. */
             printf(" %ld", lround(1000.0 * place[axis]));
         }
         printf("\n");

@@ -1,4 +1,4 @@
-/* Puts the motion of one file on the skeleton of another, and compares where the arms and legs of both point.
+/* Retargets the motion of one file to the skeleton of another, and compares the directions of arms and legs.
  *
  *     retarget walk.bvh character.gltf
  */
@@ -10,7 +10,7 @@
 
 #include <mocap.h>
 
-/* Limbs of the two skeletons: CMU's names and MakeHuman's. */
+/* The limbs of both skeletons, by the names of CMU and of MakeHuman. */
 static const char *const LIMBS[4][4] = {
     {"LeftArm", "LeftForeArm", "upperarm01.L", "lowerarm01.L"},
     {"RightForeArm", "RightHand", "lowerarm01.R", "wrist.R"},
@@ -68,14 +68,14 @@ int main(int argc, char **argv)
         }
     }
     check(worst < 0.1, "a limb points elsewhere");
-    /* Either output alone. */
+    /* Request only one of the outputs. */
     float *again = malloc(to * 16 * sizeof *again);
     check(again && mocap_retarget_pose(retargeter, local, from, NULL, again, to) == MOCAP_STATUS_OK, "world alone");
     check(memcmp(again, placed, to * 16 * sizeof *again) == 0, "the same pose twice");
     check(mocap_retarget_pose(retargeter, local, from, again, NULL, to) == MOCAP_STATUS_OK, "local alone");
     check(memcmp(again, posed, to * 16 * sizeof *again) == 0, "the same pose twice");
 
-    /* What is wrong is said. */
+    /* The error text describes the fault. */
     check(mocap_retarget_pose(retargeter, local, from - 1, posed, placed, to) == MOCAP_STATUS_BAD_ARGUMENT, "short");
     check(strstr(mocap_error_text(), "matrices, and its scene has") != NULL, "short");
     check(mocap_retarget_pose(retargeter, local, from, posed, placed, to - 1) == MOCAP_STATUS_BAD_ARGUMENT, "room");
@@ -87,7 +87,7 @@ int main(int argc, char **argv)
     check(strstr(mocap_unmapped_text(retargeter, 0), ": ") != NULL, "unmapped");
     check(mocap_unmapped_text(retargeter, 1000) == NULL, "unmapped");
 
-    /* The scenes are not needed any more. */
+    /* The retargeter does not need the scenes. */
     mocap_close(source);
     mocap_close(target);
     local[5] = 0;

@@ -87,12 +87,12 @@ pub(crate) fn minimize(input: &Input, try_input: impl Fn(&[u8]) -> Result<(), St
     Ok(())
 }
 
-/// Where an input is written that is a finding, or that is being tried.
+/// The file for an input that caused a failure (a finding), or for the input that is now being tried.
 pub(crate) fn artifact(name: &str, extension: &str) -> PathBuf {
     here().join("artifacts").join(name).with_extension(extension)
 }
 
-/// Writes a file and its folder. What cannot be written is said, and ends nothing.
+/// Writes a file and creates its folder. An error is printed, and the program goes on.
 pub(crate) fn write(path: &Path, bytes: &[u8]) {
     let folder = path.parent().unwrap_or(Path::new("."));
     let written = fs::create_dir_all(folder).and_then(|()| fs::write(path, bytes));

@@ -110,7 +110,7 @@ unsafe fn import_for_c(
     // SAFETY: the importer was made above, and the caller promises the rest.
     unsafe {
         let Some(state) = importer::state(importer) else {
-            return Err("an importer is not this library's".to_owned());
+            return Err("an importer belongs to another library".to_owned());
         };
         state.properties = properties.cloned().unwrap_or_default();
         let scene = state.read(input, flags);

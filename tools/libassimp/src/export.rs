@@ -189,9 +189,7 @@ unsafe fn own(scene: *const aiScene, id: *const c_char) -> Result<(Document, For
         b"glb2" => Format::Binary,
         other => {
             let other = String::from_utf8_lossy(other);
-            return Err(format!(
-                "\"{other}\" is not a format that is written here, only gltf2 and glb2 are"
-            ));
+            return Err(format!("mocap's libassimp writes only gltf2 and glb2, not \"{other}\""));
         }
     };
     // SAFETY: the scene is whole.
@@ -207,7 +205,7 @@ unsafe fn own(scene: *const aiScene, id: *const c_char) -> Result<(Document, For
 fn not_written(own: Option<String>, system: &str) -> String {
     match own {
         Some(own) => format!("{own}; {system}"),
-        None => format!("steps and file systems are not offered here when a scene is written; {system}"),
+        None => format!("mocap's libassimp writes scenes without steps and without other file systems; {system}"),
     }
 }
 

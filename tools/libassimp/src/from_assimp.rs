@@ -51,7 +51,7 @@ pub(crate) unsafe fn scene(scene: *const aiScene) -> Result<Scene, String> {
 /// # Safety
 /// `scene` is a scene whose counts and pointers fit together.
 pub(crate) unsafe fn check_nothing_is_lost(scene: &aiScene) -> Result<(), String> {
-    let lost = |what: &str| Err(format!("{what} are not written here"));
+    let lost = |what: &str| Err(format!("mocap's libassimp does not write {what}"));
     for (count, what) in [
         (scene.mNumTextures, "textures"),
         (scene.mNumLights, "lights"),

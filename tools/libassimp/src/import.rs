@@ -46,7 +46,7 @@ pub(crate) unsafe fn import<'s>(
                     true => own,
                     false => format!("{own} ({reason})"),
                 })?;
-                log::warn("the meshes and materials of the file are left out: only its motion is read here");
+                log::warn("the meshes and materials of the file are left out: mocap's libassimp reads only its motion");
                 let native = to_assimp::scene(&scene, flags::of_scene(request.flags) | SCENE_INCOMPLETE);
                 Ok(native)
             }
@@ -60,7 +60,7 @@ pub(crate) unsafe fn import<'s>(
             },
         },
         Contents::Other(name) => {
-            let unread = |reason| format!("{name}: not a format that is read here, and {reason}");
+            let unread = |reason| format!("{name}: mocap's libassimp does not read this format, and {reason}");
             let system = system::system().and_then(|_| system()).map_err(unread)?;
             forward(system)
         }
@@ -77,7 +77,8 @@ fn finish<'s>(
     let progress = request.handlers.progress;
     if let Some(step) = flags::foreign_for(request.flags, request.properties, scene) {
         let system = system::system().and_then(|_| system());
-        let system = system.map_err(|reason| format!("{step} is not a step of this library, and {reason}"))?;
+        let system =
+            system.map_err(|reason| format!("mocap's libassimp does not have the step {step}, and {reason}"))?;
         let native = to_assimp::scene(scene, scene_flags);
         // SAFETY: the scene was made above.
         return match unsafe { system.run(native, Steps::Flags(request.flags), request.properties, progress) } {

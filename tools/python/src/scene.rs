@@ -263,7 +263,7 @@ impl Scene {
         Ok((series.frame_rate, series.columns, PyArray1::from_vec(py, series.values)))
     }
 
-    /// Events, analog channels without their values, and force plates as JSON; `null` where there are none.
+    /// Events, analog channels without their values, and force plates as JSON; `null` if there are none.
     fn recorded(&self) -> PyResult<String> {
         json(&self.scene.metadata.recorded.as_deref())
     }

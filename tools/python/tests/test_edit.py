@@ -124,7 +124,7 @@ def test_two_motions(clip: mocap.Scene) -> None:
     assert joined.frames == report["frames"] == 2 * clip.frames - 1
     arms, report = edit.layer(clip, other, "arms")
     assert report["joints"] > 4 and arms.frames == clip.frames
-    with pytest.raises(mocap.MocapError, match="the step concat takes motion 2, but there are only 1"):
+    with pytest.raises(mocap.MocapError, match="the step concat uses the motion number 2, but the number of motions is 1"):
         edit.apply(clip, "concat")
     same = {"step": "smooth", "cut_off": np.float32(8)}
     assert edit.apply(clip, same).report == edit.apply(clip, "smooth:cut-off=8").report
@@ -183,7 +183,7 @@ def test_steps_are_objects(clip: mocap.Scene, walk: Path, tmp_path: Path) -> Non
     assert len(mocap.run(job)["steps"]) == 2
     with pytest.raises(mocap.OptionError, match="source.with"):
         mocap.run({**job, "steps": [joined]})
-    with pytest.raises(mocap.UnknownOptionError, match="the step smooth has bones of its own"):
+    with pytest.raises(mocap.UnknownOptionError, match="the step smooth has its own bones"):
         edit.apply_all(clip, [edit.smooth.step(bones={"head": "Neck"})])
 
 

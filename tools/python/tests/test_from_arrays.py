@@ -36,7 +36,7 @@ def test_outputs_of_an_estimator_become_a_take():
     take = mocap.from_arrays([frame | {"mask": None}] * 3, frame_rate=25)
     assert take.frame_rate == 25 and len(take.to_numpy().positions) == 3
     assert mocap.from_arrays(frame).to_numpy().positions.shape[0] == 1
-    with pytest.raises(ValueError, match="not both"):
+    with pytest.raises(ValueError, match="either arrays or positions"):
         mocap.from_arrays()
 
 

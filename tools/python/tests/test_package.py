@@ -187,7 +187,7 @@ def test_every_function_takes_a_path_or_a_scene(walk: Path, tmp_path: Path) -> N
     assert edit.apply_all(walk, ["mirror", "concat"], [walk])[1] == edit.apply_all(prepared, ["mirror", "concat"], [prepared])[1]
     edit.write(walk, tmp_path / "there.glb")
     assert mocap.read(tmp_path / "there.glb").frames == scene.frames
-    with pytest.raises(mocap.OptionError, match="the source is a scene, which is read already"):
+    with pytest.raises(mocap.OptionError, match="the source is a scene, so its file was read before"):
         mocap.convert(scene, tmp_path / "other.glb", strict=True)
 
 

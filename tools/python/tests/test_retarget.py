@@ -102,7 +102,7 @@ def test_weights_of_a_conversion_and_of_feet_are_those_of_a_job(tmp_path: Path) 
     mocap.convert(trial, tmp_path / "usual.bvh", markers="auto")
     mocap.convert(trial, tmp_path / "other.bvh", markers="auto", weights=weights)
     assert (tmp_path / "usual.bvh").read_bytes() != (tmp_path / "other.bvh").read_bytes()
-    with pytest.raises(ValueError, match="robto: there is no robto in weights, but robot"):
+    with pytest.raises(ValueError, match="robto: there is no robto in weights; known keys: robot"):
         mocap.convert(REAL / "cmu_short.bvh", tmp_path / "never.glb", weights={"robto": {}})
     with pytest.raises(ValueError, match="the weight aim of foot-lock must be from"):
         mocap.retarget(REAL / "cmu_short.bvh", REAL / "cmu_short.bvh", weights={"foot_lock": {"aim": 1e9}})

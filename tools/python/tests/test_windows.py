@@ -88,7 +88,7 @@ def test_statistics_are_those_of_all_frames_once(tmp_path: Path) -> None:
     assert kept.stat().st_mtime_ns == stamp
     for other in (second.statistics, Windows(SHORT, 32, statistics=first.statistics).statistics, Statistics.read(kept)):
         np.testing.assert_array_equal(other.mean, first.statistics.mean)
-    with pytest.raises(mocap.OptionError, match="statistics have 342 columns, and the features of these motions 114"):
+    with pytest.raises(mocap.OptionError, match="statistics have 342 columns, but the features of these motions have 114"):
         Windows(SHORT, 32, features=["positions"], statistics=kept)
     (tmp_path / "none.npz").write_bytes(b"nothing")
     with pytest.raises(mocap.OptionError, match="has no statistics"):

@@ -135,7 +135,8 @@ def _plain(value: Any) -> object:
     """Converts steps and paths in a job to plain JSON values."""
     if isinstance(value, edit.Step):
         if value.other is not None or value.bones is not None:
-            raise OptionError(f"a job names files: put what {value.name} needs into source.with and source.bones")
+            place = "put its second motion into source.with, and its bones into source.map"
+            raise OptionError(f"the step {value.name} holds data, but a job names files: {place}")
         return value.to_dict()
     if isinstance(value, os.PathLike):
         return os.fspath(value)

@@ -57,7 +57,7 @@ def from_arrays(
         MocapError: If the numbers are not a motion.
     """
     if (arrays is None) == (positions is None):
-        raise OptionError("arrays or positions must be given, and not both")
+        raise OptionError("give either arrays or positions")
     if arrays is not None:
         file = _saved(_stacked(arrays, frame_rate))
     else:
@@ -180,7 +180,7 @@ def _offsets(places: np.ndarray, matrices: np.ndarray, parents: Sequence[int]) -
     offsets = np.zeros((len(parents), 3))
     for joint, parent in enumerate(parents):
         if parent >= joint:
-            raise OptionError(f"the parent of the joint {joint} must stand before it, got {parent}")
+            raise OptionError(f"the parent of the joint {joint} must precede the joint, got {parent}")
         if parent < 0:
             world.append(matrices[:, joint])
             continue

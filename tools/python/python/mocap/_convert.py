@@ -17,7 +17,7 @@ def converted(source: SceneLike, target: StrPath, job: dict[str, Any]) -> int:
     """Runs a job on a file or a scene. Returns the number of written bytes."""
     if isinstance(source, Scene):
         if job.get("read", _AS_READ) != _AS_READ:
-            raise OptionError("the source is a scene, which is read already: give options of reading to mocap.read")
+            raise OptionError("the source is a scene, so its file was read before: give reading options to mocap.read")
         return _mocap.write_scene(source._native, target, as_json(job))
     return _mocap.convert(source, target, as_json(job))
 

@@ -39,7 +39,8 @@ def read(
         path: The motion file.
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
         body: The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz
-            or .pkl), or a file of any format with a figure. Default: generic proportions, 1.70 m tall.
+            or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
+            proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
@@ -113,7 +114,8 @@ def read_bytes(
         name: Stands for the file in errors; its extension helps to tell the format.
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
         body: The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz
-            or .pkl), or a file of any format with a figure. Default: generic proportions, 1.70 m tall.
+            or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
+            proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
@@ -221,7 +223,8 @@ def convert(
             ``"no"``: Keep the first frame.
         fps: Resample to this number of frames per second, at the same playback speed. For an input without a valid
             rate, set its rate.
-        rest: Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N.
+        rest: Rest pose: zero (as in the file; in BVH all rotations are 0), t-pose, a-pose (arms 45 degrees down),
+            or frame:N.
         root: The root motion: kept, removed, or moved to a joint above the root.
             ``"keep"``: Keep root motion in the root joint.
             ``"in-place"``: Remove root motion.
@@ -298,7 +301,8 @@ def convert(
             an array layout, such as amass, humanml3d, qpos or gmr.
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
         body: The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz
-            or .pkl), or a file of any format with a figure. Default: generic proportions, 1.70 m tall.
+            or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
+            proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.

@@ -40,7 +40,8 @@ class ReadOptions:
     Attributes:
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
         body: The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz
-            or .pkl), or a file of any format with a figure. Default: generic proportions, 1.70 m tall.
+            or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
+            proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.

@@ -146,7 +146,7 @@ class _Logger:
         vertices = sum(count for _, count, _ in parts)
         step = -(-vertices * 12 * self.frames // _MOST_BYTES)
         if step > 1:
-            said = f"the skin is written in every {step}th frame: it has {vertices} vertices in {self.frames} frames"
+            said = f"the skin is written once every {step} frames, because it has {vertices} vertices in {self.frames} frames"
             self._static(f"{self.root}/skin", rr.TextLog(said))
         frames = np.arange(0, self.frames, step)
         for part, (name, count, colour) in enumerate(parts):

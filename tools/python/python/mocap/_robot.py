@@ -63,8 +63,8 @@ class RobotMotion:
                 and for frames of a stream.
         """
         if self._clip is None:
-            reason = "the frames of a stream, and a motion that was pickled, have their arrays alone"
-            raise OptionError(f"{reason}: save what Robot.retarget gave, in the process that solved it")
+            reason = "the frames of a stream and a motion from a pickle have only arrays"
+            raise OptionError(f"{reason}: save the result of Robot.retarget in the process that made it")
         self._clip.save(path, to, overwrite)
 
     def __repr__(self) -> str:
@@ -239,7 +239,7 @@ class RobotStream:
         if matrices.shape != expected:
             raise OptionError(f"pose must have the shape {expected}, got {matrices.shape}")
         if not np.isfinite(matrices).all():
-            raise OptionError("a number of pose is not finite")
+            raise OptionError("a number in pose is not finite")
         arrays = self._native.push(matrices)
         return None if arrays is None else self._frames(arrays)
 

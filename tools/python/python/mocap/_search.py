@@ -100,7 +100,7 @@ class Database:
             ValueError: For ``pose`` without ``first``.
         """
         if pose and first is None:
-            raise OptionError("a pose needs first, the second at which it is")
+            raise OptionError("a pose needs the argument first: the time of the pose in seconds")
         native = native_of(scene)
         text = self._native.find(native, animation, (first, last), pose, count, per_clip, mirror, where)
         return Reports(parsed(text))

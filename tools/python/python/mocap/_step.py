@@ -151,7 +151,7 @@ def apply_all(
     motions: list[SceneLike] = []
     for step in steps:
         if isinstance(step, Step) and step.bones is not None and step.bones != bones:
-            raise UnknownOptionError(f"the step {step.name} has bones of its own: give them to apply_all, for all steps")
+            raise UnknownOptionError(f"the step {step.name} has its own bones: give the bones of all steps to apply_all")
         if isinstance(step, Step) and step.other is not None:
             motions.append(step.other)
         elif waiting and _name_of(step) in ("concat", "blend", "layer"):

@@ -54,18 +54,23 @@ def foot_lock(
     weights: Mapping[str, float] | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Holds feet still in contact and above the floor.
+    """Holds each foot still during ground contact, and keeps it above the floor.
 
     Args:
-        blend: Seconds in which a shift fades out after a contact, and fades in before a contact. Default: 0.2.
-        height: The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
-        speed: The largest speed of a foot in contact, in metres per second. Default: 0.25.
-        release: The factor of height or speed at which a foot leaves a contact. Default: 1.6.
-        shortest: The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
-        gap: The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
-        floor: The height of the floor along the up axis, in metres. Default: where the feet rest.
-        largest_change: The largest change of any other joint, in metres. If locking a foot would move a knee or the
-            hips farther, a part of the sliding remains. Default: ``None``, no foot slides.
+        blend: Seconds before a contact during which the correction of the foot fades in, and after a contact during
+            which it fades out. Default: 0.2.
+        height: During a contact, the largest height of a foot above the height at which it rests, in metres.
+            Default: 0.05.
+        speed: During a contact, the largest speed of a foot, in metres per second. Default: 0.25.
+        release: A contact ends when the height or the speed of the foot is above this factor times ``height`` or
+            ``speed``. Default: 1.6.
+        shortest: The shortest contact, in seconds. The step ignores shorter contacts. Default: 0.08.
+        gap: The shortest gap between two contacts, in seconds. If a gap is shorter, both contacts become one.
+            Default: 0.05.
+        floor: The height of the floor along the up axis, in metres. Default: the height at which the feet rest.
+        largest_change: The largest distance by which the step may move a joint that is not part of a foot, in
+            metres. If a full lock would move a knee or the hips farther, a part of the sliding remains. Default:
+            ``None``, no limit.
         weights: The weights of the lock that differ from their defaults. Default: ``None``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
@@ -86,7 +91,8 @@ def foot_lock(
 
 @step_function
 def mirror(*, bones: Bones | None = None) -> Step:
-    """Mirrors a motion across the mean plane of the figure: the right side moves as the left side did. A figure that
+    """Mirrors a motion: the right side of the figure moves as the left side did, and the left side as the right side
+    did. The mirror is a vertical plane, whose normal is the mean direction to the figure's left. A figure that
     walks forward still walks forward.
 
     Args:
@@ -106,18 +112,20 @@ def smooth(
     ease: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each
-    rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame do not change.
-    Frames outside the range and its ease time do not change.
+    """Removes fast changes from the rotations and positions of all joints, or of chosen joints. The result does not
+    depend on the axes of the joints, and a joint may rotate by any angle. The first and the last frame do not
+    change. Frames outside ``range`` do not change, except the frames within ``ease`` seconds of the range.
 
     Args:
         filter: The filter. Default: Butterworth.
-        cut_off: The cut-off in Hz. Default: 6, which keeps a walk.
-        part: The part of the body. Default: everything, unless joints are named.
-        joints: Joints by their names or the names of bones, without the joints below them. With ``part``, they are
-            added to the part.
-        range: The part of the motion. Default: the whole.
-        ease: Fade time of the filter before and after the range, in seconds. Default: 0.2.
+        cut_off: The cut-off frequency in Hz: the filter keeps slower changes, and removes faster ones. Default: 6,
+            which is above the frequencies of a walk.
+        part: The part of the body to filter. Default: the whole body; with ``joints``, only these joints.
+        joints: The joints to filter, by the name of a joint or of a bone. The joints below them are not filtered.
+            With ``part``, the step filters both the part and these joints.
+        range: The time range to filter. Default: the whole motion.
+        ease: Seconds before the range during which the effect of the filter fades in, and after the range during
+            which it fades out. Default: 0.2.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -140,15 +148,14 @@ def despike(
     distance: float | None = None,
     longest: int | None = None,
 ) -> Step:
-    """Replaces spikes, which are rotations and positions that leave the motion for a few frames and come back. The
-    frames before and after are interpolated.
+    """Replaces spikes. A spike is a rotation or a position that jumps away for a few frames and comes back. The new
+    values are interpolated between the frames before and after the spike.
 
     Args:
-        threshold: The least distance of a spike from its neighbours, as a multiple of the distances in the frames
-            around it. Default: 8.
+        threshold: The smallest distance of a spike from the frames before and after it, as a multiple of the median
+            of such distances in the frames around. Default: 8.
         angle: The smallest jump of a rotation, in degrees. Default: 3.
-        distance: The smallest jump of a position, as a fraction of the distance between the ends of the skeleton.
-            Default: 0.02.
+        distance: The smallest jump of a position, as a fraction of the total length of all bones. Default: 0.02.
         longest: The longest spike, in frames. Default: 3.
     """
     return step_of("despike", threshold=threshold, angle=angle, distance=distance, longest=longest)
@@ -156,13 +163,15 @@ def despike(
 
 @step_function
 def fill(*, longest: float | None = None, shortest: float | None = None) -> Step:
-    """Fills gaps: frames in which every joint exactly repeats the frame before, as programs write them for unseen
-    markers. A cubic curve with the speeds before and after the gap continues the motion. For markers and other
-    points without a skeleton, a gap is the frames in which a point was not seen.
+    """Fills gaps. A gap is a run of frames in which every joint exactly repeats the frame before. Capture programs
+    write such frames while the cameras do not see the markers. The step replaces the gap by a cubic curve, which
+    has the speeds of the motion before and after the gap. For markers and other points without a skeleton, a gap is
+    a run of frames in which the cameras did not see the point.
 
     Args:
-        longest: The longest gap to fill, in seconds. A longer hold may be intended. Default: 0.5.
-        shortest: The shortest gap to fill, in seconds. Default: 0, two equal frames.
+        longest: The longest gap to fill, in seconds. In a longer gap, the figure may be still on purpose. Default:
+            0.5.
+        shortest: The shortest gap to fill, in seconds. Default: 0, which also fills a single repeated frame.
     """
     return step_of("fill", longest=longest, shortest=shortest)
 
@@ -179,11 +188,12 @@ def clean(
     weights: Mapping[str, float] | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
-    without a defect do not change. If the skeleton is not a humanoid, floor and contacts are not changed.
+    """Cleans a motion. It repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. A repair
+    that finds no defect does not change the motion. If the skeleton is not a humanoid, the step does not repair
+    floor and contacts.
 
     Args:
-        time: Repair timing: held, duplicated and dropped frames. Default: ``True``.
+        time: Repair timing: frames that repeat the frame before, and missing frames. Default: ``True``.
         flips: Remove flips: rotations that jump for some frames and return. Default: ``True``.
         noise: Remove noise from rotations and positions. Default: ``True``.
         lengths: Keep the length of each bone constant. Default: ``True``.
@@ -215,14 +225,16 @@ def loop_clip(
     in_place: bool | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position
-    over the ground differs. Joint velocities are continuous at the seam.
+    """Cuts a motion to a loop. Without ``frames``, the loop starts and ends at the two frames whose poses, speeds and
+    foot contacts match best. The last frame equals the first frame, except for the position over the ground. Joint
+    velocities are continuous at the seam, where the loop starts again.
 
     Args:
         frames: The first and the last frame of the loop. Default: the two frames that match best.
         shortest: The shortest loop to look for, in seconds. Default: 0.6.
         longest: The longest loop to look for, in seconds. Default: 4.
-        blend: Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
+        blend: Seconds after the seam during which the difference between the first and the last pose fades out.
+            Default: 0.3.
         in_place: Whether the loop stays in place instead of travelling over the ground from cycle to cycle.
             Default: ``False``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -246,19 +258,20 @@ def concat(
     align: bool | None = None,
     within: float | None = None,
 ) -> Step:
-    """Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
-    first, so that two parts of a cut motion are restored. The scene gets the warning ``PosesApart`` if the poses at
-    the seam differ by more than 45 degrees or 30 cm, or the speeds by more than 1 m/s. ``within`` searches for the
-    most similar pair of an end frame and a start frame near the seam. The measure is the distance of motion graphs,
-    over windows of a third of a second.
+    """Appends a second motion, which has the same joints. At the seam, the last frame of the first motion and the
+    first frame of the second motion become one frame. So ``concat`` restores a motion that was cut in two. The
+    scene gets the warning ``PosesApart`` if the poses at the seam differ by more than 45 degrees or 30 cm, or the
+    speeds by more than 1 m/s. With ``within``, the step joins the two most similar frames near the end of the first
+    motion and near the start of the second motion. To compare two frames, it uses the distance of motion graphs,
+    over a third of a second around each frame.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
-        blend: Seconds in which the difference of the poses fades out after the seam. Default: 0.3.
-        align: Whether the second motion begins at the position and heading at which the first motion ends. Default:
-            ``True``.
-        within: Seconds at the end of the first and at the beginning of the second motion in which the most similar
-            frames are joined. Default: 0, which keeps both motions completely.
+        blend: Seconds after the seam during which the difference between the two poses fades out. Default: 0.3.
+        align: Whether to move and turn the second motion so that it begins at the position and heading at which the
+            first motion ends. Default: ``True``.
+        within: The step searches this many seconds at the end of the first motion and at the beginning of the
+            second motion for the two most similar frames. Default: 0, which keeps both motions completely.
     """
     return step_of("concat", other=other, blend=blend, align=align, within=within)
 
@@ -270,19 +283,22 @@ def blend(
     *,
     within: float | None = None,
 ) -> Step:
-    """Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
-    time warping of the poses aligns both in time, so that a step meets a step. The duration is the weighted mean of
-    both durations. Steps over the ground are mixed in the heading of each figure: two walks in different directions
-    give a walk in a direction between. The scene gets the warning ``PosesApart`` if mixed poses differ by more than
-    45 degrees or 30 cm, wherever the figures stand. With ``within``, one motion may start later, and one may end
-    earlier, so that the ends match best. The measure is the distance of motion graphs, over windows of a third of a
-    second. The second motion then begins at the place and in the heading of the first.
+    """Mixes a motion with a second motion, which has the same joints. Weight 0 gives the first motion, weight 1 the
+    second motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at
+    the same phase. The duration is the weighted mean of both durations. Movements over the ground are mixed
+    relative to the heading of each figure: two walks in different directions give a walk in a direction between
+    them. The scene gets the warning ``PosesApart`` if two mixed poses differ by more than 45 degrees or 30 cm. This
+    comparison ignores position and heading over the ground. With ``within``, the step drops frames at the beginning
+    of one motion and at the end of one motion, so that both motions begin and end in similar poses. To compare two
+    frames, it uses the distance of motion graphs, over a third of a second around each frame. With ``within``, the
+    second motion also begins at the position and in the heading of the first motion.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
-        weight: The fraction of the second motion. Default: 0.5 all the time.
-        within: Seconds at the beginning and at the end of both motions in which the most similar frames are
-            searched. Default: 0, which mixes both motions completely.
+        weight: The fraction of the second motion: one number, or pairs of a time and a fraction. Default: 0.5 all
+            the time.
+        within: The step searches this many seconds at the beginning and at the end of both motions for the most
+            similar frames. Default: 0, which mixes both motions completely.
     """
     return step_of("blend", other=other, weight=weight, within=within)
 
@@ -294,12 +310,13 @@ def layer(
     *,
     bones: Bones | None = None,
 ) -> Step:
-    """Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints,
-    at the same time. After the end of the second motion, its last pose is held.
+    """Takes the rotations of a part of the body from a second motion, which has the same joints. A rotation is
+    relative to the parent joint. Both motions start at the same time. If the second motion ends first, the part of
+    the body keeps its last pose.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
-        part: The part of the body. Default: the spine and all above it.
+        part: The part of the body. Default: the spine and all joints above it, with the arms.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of("layer", other=other, bones=bones, part=part)
@@ -312,20 +329,20 @@ def in_between(
     every: int | None = None,
     interpolation: Literal["slerp", "squad"] | None = None,
 ) -> Step:
-    """Keyframe animation: keeps the poses of chosen frames, and interpolates the others.
+    """Makes a keyframe animation: keeps the poses of chosen frames, the keys, and interpolates all other frames.
 
     Args:
-        keys: The frames whose poses are kept. The first and the last frame are always kept.
-        every: The distance in frames of further keys. Default: 0, no others.
-        interpolation: The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps
-            of speed.
+        keys: The frames whose poses the step keeps. It always keeps the first and the last frame, too.
+        every: Frames whose number is a multiple of this number are also keys. Default: 0, no further keys.
+        interpolation: The interpolation between keys. Default: squad, whose speed does not jump at a key. A speed
+            that is constant over the keys stays constant.
     """
     return step_of("in-between", keys=keys, every=every, interpolation=interpolation)
 
 
 @step_function
 def resample(rate: float | None = None) -> Step:
-    """Gives a motion another frame rate at the same speed.
+    """Gives a motion another frame rate. The speed of the motion does not change.
 
     Args:
         rate: Frames per second. Default: 30.
@@ -335,7 +352,7 @@ def resample(rate: float | None = None) -> Step:
 
 @step_function
 def drop_first_frame(*, always: bool | None = None) -> Step:
-    """Drops the first frame if it is a rest pose, as in some files.
+    """Drops the first frame if it is a rest pose. Some programs write the rest pose as the first frame.
 
     Args:
         always: Whether to drop the first frame even if it is not a rest pose. Default: ``False``.
@@ -345,19 +362,20 @@ def drop_first_frame(*, always: bool | None = None) -> Step:
 
 @step_function
 def in_place() -> Step:
-    """Keeps the root above its start point. Its height and its rotation do not change."""
+    """Keeps the root above the point over which it starts. The height and the rotation of the root do not change."""
     return step_of("in-place")
 
 
 @step_function
 def root_motion() -> Step:
-    """Moves the motion of the root over the ground to a new joint above it."""
+    """Takes the horizontal motion away from the root and gives it to a new joint, which becomes the parent of the
+    root."""
     return step_of("root-motion")
 
 
 @step_function
 def reverse() -> Step:
-    """Plays a motion backwards: its last frame becomes its first. A second ``reverse`` restores it."""
+    """Plays a motion backwards: the last frame becomes the first frame. A second ``reverse`` restores the motion."""
     return step_of("reverse")
 
 
@@ -374,7 +392,8 @@ def rest(pose: Literal["t-pose", "a-pose"] | None = None, *, bones: Bones | None
 
 @step_function
 def t_pose_first(*, bones: Bones | None = None) -> Step:
-    """Inserts the T-pose before the first frame, on the floor at the start point.
+    """Inserts a frame before the first frame. In the new frame, the figure stands in the T-pose on the floor, at the
+    point over which the motion starts.
 
     Args:
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -384,8 +403,9 @@ def t_pose_first(*, bones: Bones | None = None) -> Step:
 
 @step_function
 def bone_axis(axis: Literal["y", "x"] | None = None, *, bones: Bones | None = None) -> Step:
-    """Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the
-    bending axis. Nothing moves, neither at rest nor in motion.
+    """Turns the coordinate frame of every joint in the rest pose. One axis then points to the next joint, and another
+    is the axis about which the joint bends. The positions of the joints do not change, neither in the rest pose nor
+    in the motion.
 
     Args:
         axis: The axis that points along the bone. Default: +Y.
@@ -407,19 +427,23 @@ def reach(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Brings a hand or a foot to a target in a range of a motion: the wrist or the ankle, or a joint below it. The
-    limb stays at the target during the range. It moves to the target before the range, and back after it. Two bones
-    turn by the law of cosines, about the axis about which the limb bends in the motion. A hand turns with its
-    forearm, a foot keeps its rotation in the world. Nothing else changes.
+    """Brings a hand or a foot to a target during a time range. The wrist or the ankle reaches the target, or a joint
+    below it. The limb moves to the target before the range, stays there during the range, and moves back after the
+    range. The upper and the lower bone of the limb turn. The elbow or the knee bends about the same axis as in the
+    rest of the motion. A hand turns with its forearm, but a foot keeps its rotation in the world. Nothing else
+    changes.
 
     Args:
-        to: The target.
+        to: The target: a point of the world in metres, or the name of a node.
         limb: The limb. Default: the right hand.
-        offset: The point to reach, from the origin of the target in metres along its axes. Default: the origin.
-        start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
-        tip: The joint that moves to the target, at or below the hand or the foot, or below ``start``. Default: the
-            wrist or the ankle, or the only end effector below ``start``.
-        range: The range in which the limb is at the target. Default: the whole motion.
+        offset: The position of the point to reach, in the coordinate frame of the target, in metres. Default: the
+            origin of the target.
+        start: For a skeleton without known limbs: the first joint of the chain that moves. It replaces ``limb``.
+            Default: none.
+        tip: The joint that comes to the target. It is the wrist, the ankle or a joint below. With ``start``, it is
+            a joint below ``start``. Default: the wrist or the ankle; with ``start``, the only end effector below
+            ``start``.
+        range: The time range during which the limb is at the target. Default: the whole motion.
         ease_in: Duration of the movement to the target before the range, in seconds. Default: 0.4.
         ease_out: Duration of the movement back after the range, in seconds. Default: 0.4.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -451,23 +475,28 @@ def pin(
     blend: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Holds a hand or a foot at the object that it touches. The limb keeps its mean position in the frame of the
-    target, which may move and rotate. If the limb is too short, it comes as near as possible. The limb is held in a
-    given range, or in every range in which it is near the target and slow relative to it. Two bones, or the joints
-    of a chain, turn as in ``reach``. Nothing else changes. Use ``foot-lock`` for feet on the floor, because it lets
-    them roll.
+    """Holds a hand or a foot at the object that it touches, the target. During a contact, the limb keeps its mean
+    position in the coordinate frame of the target. The target may move and rotate. If the limb is too short to
+    reach this position, it comes as near as possible. A contact is the given range. Without a range, it is every
+    time during which the limb is near the target and slow relative to the target. The bones turn as in ``reach``.
+    Nothing else changes. For feet on the floor, use ``foot-lock``, which lets a foot roll.
 
     Args:
-        to: The target that the limb touches. Default: the world, at the position of the limb.
+        to: The target that the limb touches: a point of the world in metres, or the name of a node. Default: the
+            mean position of the limb in ``range``, which must then be given.
         limb: The limb. Default: the right hand.
-        start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
-        tip: The joint that touches the target, at or below the hand or the foot, or below ``start``. Default: the
-            wrist or the ankle, or the only end effector below ``start``.
-        range: The range of the contact. Default: detected.
-        distance: The largest distance of a detected contact from the target, in metres. Default: 0.3, from joint to
-            joint.
-        speed: The largest speed of a detected contact relative to the target, in metres per second. Default: 0.25.
-        blend: Blend time before and after a contact, in seconds. Default: 0.2.
+        start: For a skeleton without known limbs: the first joint of the chain that moves. It replaces ``limb``.
+            Default: none.
+        tip: The joint that touches the target. It is the wrist, the ankle or a joint below. With ``start``, it is a
+            joint below ``start``. Default: the wrist or the ankle; with ``start``, the only end effector below
+            ``start``.
+        range: The time range of the contact. Default: the step finds the contacts by ``distance`` and ``speed``.
+        distance: If the step finds the contacts: the largest distance between ``tip`` and the origin of the target,
+            in metres. Default: 0.3, because joints are inside the body.
+        speed: If the step finds the contacts: the largest speed of ``tip`` relative to the target, in metres per
+            second. Default: 0.25.
+        blend: Duration of the movement to the target before a contact, and of the movement back after it, in
+            seconds. Default: 0.2.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of(
@@ -495,18 +524,19 @@ def look_at(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Turns neck and head so that the figure looks at a target in a range of a motion. The line of sight goes through
-    the target. It starts between the eyes, or at the joint of the head, and points forward. The neck takes a
-    fraction of the rotation, the head the rest. Beyond the limit, an angle from the facing of the trunk, the head
-    stays behind smoothly. The figure does not look at a target behind its back. The head follows a faster target
-    with at most 400 degrees per second: it starts earlier and arrives later.
+    """Turns neck and head so that, during a time range, the figure looks at a target. The line of sight then goes
+    through the target. This line points forward from the middle between the eyes, or from the head joint if the
+    skeleton has no eyes. The neck takes a fraction of the rotation, and the head takes the remaining rotation. If
+    the target is farther to the side than ``limit``, the figure no longer looks exactly at the target: the head
+    stops at most 15 degrees after the limit. The figure does not look at a target behind its back. The step adds at
+    most 400 degrees of rotation per second. If the target moves faster, the turn starts earlier and ends later.
 
     Args:
-        at: The target.
+        at: The target: a point of the world in metres, or the name of a node.
         neck: The fraction of the rotation that the neck takes. Default: 0.4.
-        limit: The largest angle between the facing of the trunk and the target at which the figure looks at the
-            target, in degrees. Default: 80.
-        range: The range in which the figure looks at the target. Default: the whole motion.
+        limit: The angle between the direction that the trunk faces and the direction to the target, in degrees. Up
+            to this angle, the figure looks exactly at the target. Default: 80.
+        range: The time range during which the figure looks at the target. Default: the whole motion.
         ease_in: Duration of the turn to the target before the range, in seconds. Default: 0.4.
         ease_out: Duration of the turn back after the range, in seconds. Default: 0.4.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -525,9 +555,10 @@ def look_at(
 
 @step_function
 def ground(*, bones: Bones | None = None) -> Step:
-    """Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as ``clean``
-    does, and then the height, however small. Hills, stairs and treadmills do not change:
-    ``docs/cleaning-algorithm.md`` describes their detection.
+    """Puts a motion on the floor at height 0. The step removes the slope of the floor and the drift of the body, as
+    ``clean`` does. Then it moves the figure so that the floor is exactly at height 0. The slope of a hill or of
+    stairs, and the drift on a treadmill, do not change: ``docs/cleaning-algorithm.md`` describes how mocap detects
+    them.
 
     Args:
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -542,12 +573,13 @@ def turn(
     facing: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Turns a motion about the vertical through the figure's place in the first frame. It turns by an angle, or until
-    the figure faces a direction in that frame. Everything that the animation moves turns too.
+    """Rotates a motion about the vertical line through the figure's position in the first frame. The step rotates by a
+    given angle, or until the figure faces a given direction in the first frame. It also rotates everything else
+    that the animation moves. Give either ``by`` or ``facing``.
 
     Args:
         by: The angle in degrees, counterclockwise as seen from above.
-        facing: The axis of the scene along which the figure looks in the first frame.
+        facing: The axis of the scene along which the figure faces in the first frame of the result.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
     return step_of("turn", bones=bones, by=by, facing=facing)

@@ -168,7 +168,7 @@ class Windows:
         """Mean and standard deviation of the columns."""
         if len(self.statistics.mean) != layout.width:
             count = len(self.statistics.mean)
-            raise OptionError(f"statistics have {count} columns, and the features of these motions {layout.width}")
+            raise OptionError(f"statistics have {count} columns, but the features of these motions have {layout.width}")
         self._normalize = normalize
 
     def __len__(self) -> int:
