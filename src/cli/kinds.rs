@@ -23,6 +23,8 @@ enum Kind {
     Job,
     /// The manifest of an output folder.
     Manifest,
+    /// The JSON of a scene, from `mocap dump` or from Assimp.
+    Dump,
     /// A map of bones.
     Map,
 }
@@ -53,6 +55,7 @@ impl Kind {
             true if text.starts_with("{\"input\":") && has("sha256") => Some(Self::Manifest),
             true if has("motion-graph") => Some(Self::Graph),
             true if has("inputs") && has("source") => Some(Self::Job),
+            true if has("metadata") && has("nodes") => Some(Self::Dump),
             true if has("bones") => Some(Self::Map),
             true => None,
         }
@@ -66,6 +69,7 @@ impl Kind {
             Self::Graph => "it is a motion graph: mocap graph walk reads it".to_owned(),
             Self::Job => "it is a job: mocap run runs it".to_owned(),
             Self::Manifest => "it is the manifest of a folder: name the motions of the folder".to_owned(),
+            Self::Dump => "it is a printed scene, as mocap dump writes it: name the file of the motion".to_owned(),
             Self::Map => "a JSON file with \"bones\" may be a map of bones: --map reads such a file".to_owned(),
             Self::Motion(row) => {
                 let maker = match code {

@@ -52,7 +52,7 @@ fn examine() -> DoctorReport {
         _ => "`pack`, and tables as .parquet",
     };
     let features = build_info::FEATURES.iter().map(|&(feature, is_built)| {
-        let help = format!("install with `cargo install mocap-cli --features {feature}`");
+        let help = format!("in a checkout, run `cargo install --path src/cli --profile dist --features {feature}`");
         need(feature, is_built, used_for(feature), help)
     });
     let folder = env::temp_dir();

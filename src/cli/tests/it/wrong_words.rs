@@ -91,6 +91,7 @@ fn folder_of_kinds() -> Folder {
     for (name, arguments) in [
         ("job.json", "convert walk.bvh w.glb --print-job"),
         ("map.json", "skeleton walk.bvh --json"),
+        ("dump.json", "dump takes/walk.bvh --json"),
     ] {
         folder.write(name, &folder.run(arguments).stdout);
     }
@@ -109,6 +110,7 @@ fn a_wrong_kind_of_file_names_the_right_command() {
             "it is the manifest of a folder",
         ),
         ("skeleton job.json", 1, "mocap run runs it"),
+        ("info dump.json", 1, "it is a printed scene"),
         ("edit map.json -o a.bvh --step mirror", 1, "--map reads such a file"),
         ("retarget walk.bvh moves.mdb -o a.glb", 1, "it is a database of motions"),
         (
