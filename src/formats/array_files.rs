@@ -6,6 +6,7 @@
 //! | `.npy` | `npy`: `numpy.lib.format`, versions 1 to 3 |
 //! | `.csv` | `csv`: the arrays of this program, and point positions, by column names |
 //! | `.csv`, `.json` of faces | `face`: ARKit blend shapes, from Live Link Face and MediaPipe |
+//! | `.json` of a robot | `max`: the motion of a robot with four legs, as for the robot MAX |
 //! | `.parquet` | `parquet`: the arrays of this program; the claims of its pages are first checked against the file |
 //! | `.mot`, `.sto` | `mot`: text with named columns |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and strings, and calls nothing |
@@ -105,10 +106,10 @@ pub(super) const PICKLE: FormatInfo = FormatInfo {
 pub(super) const CSV: FormatInfo = FormatInfo {
     format: Format::Csv,
     name: "CSV",
-    description: "text tables: arrays of mocap fk, point positions, Motive's, ARKit face shapes",
+    description: "text tables: arrays of mocap fk, point positions, Motive's, ARKit face shapes; JSON of MAX",
     extensions: Format::Csv.extensions(),
     reading: "good: tables that mocap wrote, and positions, recognised by the names of their columns",
-    sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes) || is_face_json(bytes),
+    sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes) || is_face_json(bytes) || is_max_json(bytes),
     read: reader!("arrays", read::read_csv),
     ..ROW
 };
@@ -161,13 +162,22 @@ fn is_npz(bytes: &[u8]) -> bool {
 
 /// Whether JSON begins with blend shapes of a face, as MediaPipe names them.
 fn is_face_json(bytes: &[u8]) -> bool {
-    /// The first frame must end within this number of bytes: it has 52 shapes of about a hundred bytes each.
-    const NEAR: usize = 16 << 10;
     const SHAPES: [&[u8]; 3] = [b"\"browInnerUp\"", b"\"eyeBlinkLeft\"", b"\"jawOpen\""];
+    SHAPES.iter().any(|shape| has_in_json(bytes, shape))
+}
+
+/// Whether JSON begins with the keys of a motion for the robot MAX.
+fn is_max_json(bytes: &[u8]) -> bool {
+    has_in_json(bytes, b"\"FrameDuration\"") && has_in_json(bytes, b"\"LegOrder\"")
+}
+
+/// Whether JSON has these bytes near its beginning.
+fn has_in_json(bytes: &[u8], part: &[u8]) -> bool {
+    /// The first frame must end within this number of bytes: a face has 52 shapes of about a hundred bytes each.
+    const NEAR: usize = 16 << 10;
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     let start = &start[..start.len().min(NEAR)];
-    let has = |shape: &[u8]| start.windows(shape.len()).any(|part| part == shape);
-    matches!(start.first(), Some(b'[' | b'{')) && SHAPES.iter().any(|shape| has(shape))
+    matches!(start.first(), Some(b'[' | b'{')) && start.windows(part.len()).any(|found| found == part)
 }
 
 /// Whether bytes begin like a pickle of protocol 2 or later. Earlier protocols are text without a fixed beginning.

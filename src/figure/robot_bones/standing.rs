@@ -10,6 +10,21 @@ pub fn standing_limbs(robot: &Robot) -> Vec<Vec<usize>> {
     Tree::new(robot).standing_limbs()
 }
 
+/// The moving links of four legs from the trunk outwards: the right and the left front leg, then the right and the left
+/// hind leg. `None` if the robot has other joints than the joints of four legs.
+pub fn links_of_four_legs(robot: &Robot) -> Option<[Vec<usize>; 4]> {
+    let places = robot.zero_pose();
+    let mut legs: [Vec<usize>; 4] = standing_limbs(robot).try_into().ok()?;
+    let at = |leg: &[usize]| places[leg[0]].translation;
+    // +X is forward and +Y left, by the convention of ROS.
+    legs.sort_by(|a, b| at(b).x.total_cmp(&at(a).x));
+    for pair in legs.chunks_mut(2) {
+        pair.sort_by(|a, b| at(a).y.total_cmp(&at(b).y));
+    }
+    let count: usize = legs.iter().map(Vec::len).sum();
+    (count == robot.moving_joints().len()).then_some(legs)
+}
+
 impl Tree<'_> {
     /// The limbs that end at the level of the lowest limb, with all joints at 0. Limbs of one trunk may share joints of
     /// a spine.

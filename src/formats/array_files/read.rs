@@ -8,6 +8,7 @@ mod face;
 #[doc(hidden)]
 pub mod humanml3d;
 mod layouts;
+mod max;
 mod mot;
 mod motion;
 mod motive;
@@ -41,7 +42,7 @@ pub use self::parquet::{ParquetRows, parquet_rows};
 pub use self::proportions::SMPL_ROOT;
 #[cfg(feature = "npz")]
 use super::is_npz;
-use super::{is_face_json, is_pickle};
+use super::{is_face_json, is_max_json, is_pickle};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
@@ -92,6 +93,8 @@ pub(super) fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Sce
         bytes if is_motive_csv(bytes) => motive::scene(bytes, options, &mut warnings),
         bytes if is_face_csv(bytes) => face::scene(bytes, options, &mut warnings),
         bytes if is_face_json(bytes) => face::read_json(bytes, options, &mut warnings),
+        bytes if is_max_json(bytes) => max::entries(bytes, options)
+            .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings)),
         _ => csv::entries(source.bytes, &mut warnings)
             .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings)),
     };

@@ -2,7 +2,7 @@
 //! and their sources.
 
 use glam::DVec3;
-use mocap_figure::robot_bones::standing_limbs;
+use mocap_figure::robot_bones::links_of_four_legs;
 use mocap_retarget::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::rotation_vector;
@@ -168,29 +168,16 @@ pub(crate) fn for_proto_motions(motion: &RobotMotion, metadata: &str) -> Vec<Nam
 /// # Errors
 /// [`Code::Unrepresentable`] if the robot does not have four legs with all of its joints.
 pub(crate) fn for_max(motion: &RobotMotion, robot: &Robot) -> Result<String> {
-    let links = robot.moving_joints();
-    let places = robot.zero_pose();
-    let mut legs = standing_limbs(robot);
-    let at = |leg: &[usize]| places[leg[0]].translation;
-    // +X is forward and +Y left, by the convention of ROS. Right legs come first.
-    legs.sort_by(|a, b| at(b).x.total_cmp(&at(a).x));
-    for pair in legs.chunks_mut(2) {
-        pair.sort_by(|a, b| at(a).y.total_cmp(&at(b).y));
-    }
-    let joints = legs.iter().flatten();
-    let columns = joints.filter_map(|link| links.iter().position(|other| other == link));
-    let columns: Vec<usize> = columns.collect();
-    if legs.len() != 4 || columns.len() != links.len() {
-        let message = format!(
-            "the layout max stores only the joints of four legs, but {} of the robot's {} joints are in {} legs",
-            columns.len(),
-            links.len(),
-            legs.len()
-        );
+    let Some(legs) = links_of_four_legs(robot) else {
+        let message = "the layout max stores only the joints of four legs, but the robot has other joints or legs";
         return Err(Diagnostic::new(Code::Unrepresentable, message)
             .help("choose another format, such as npz")
             .into());
-    }
+    };
+    let links = robot.moving_joints();
+    let joints = legs.iter().flatten();
+    let columns = joints.filter_map(|link| links.iter().position(|other| other == link));
+    let columns: Vec<usize> = columns.collect();
     let frames = motion.root.iter().enumerate().map(|(frame, root)| {
         let dof = motion.dof_of(frame);
         let base = root.translation.to_array().into_iter().chain(root.rotation.to_array());

@@ -2,6 +2,7 @@
 
 mod converted;
 mod joblib;
+mod max;
 mod robot;
 
 use std::fs;

@@ -183,6 +183,12 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
             )
         }
     };
+    if rows.is_empty() {
+        return Err(Box::new(Diagnostic::new(
+            Code::NoMotion,
+            "the motion of the robot has no frames",
+        )));
+    }
     let columns = own.iter().map(|name| {
         let found = names.iter().position(|other| other == name);
         found.ok_or_else(|| no_joint(name, names))

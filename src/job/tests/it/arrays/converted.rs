@@ -147,6 +147,7 @@ fn the_joints_of_a_robot_go_from_layout_to_layout() {
         ("npz", "b.npz"),
         ("pkl", "b.pkl"),
         ("qpos", "q.npz"),
+        ("dynamics", "d.npz"),
         ("isaaclab", "i.npz"),
         ("protomotions", "p.npz"),
         ("gmr", "g.pkl"),
