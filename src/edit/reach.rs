@@ -17,8 +17,8 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Brings a hand or a foot to a target during a time range. The wrist or the ankle reaches the target, or a joint
-    /// below it. The limb moves to the target before the range, stays there during the range, and moves back after the
+    /// Brings a hand or a foot to a target during a time range. The wrist, the ankle or the joint `tip` reaches the
+    /// target. The limb moves to the target before the range, stays there during the range, and moves back after the
     /// range. The upper and the lower bone of the limb turn. The elbow or the knee bends about the same axis as in the
     /// rest of the motion. A hand turns with its forearm, but a foot keeps its rotation in the world. Nothing else
     /// changes.

@@ -107,8 +107,8 @@ step! {
         cut_off: f64 = 6.0, ValueKind::Hertz;
         /// The part of the body to filter. Default: the whole body; with `joints`, only these joints.
         part: Option<LayerPart> = None, ValueKind::OneOf(LayerPart::NAMES);
-        /// The joints to filter, by the name of a joint or of a bone. The joints below them are not filtered. With
-        /// `part`, the step filters both the part and these joints.
+        /// The joints to filter, by the name of a joint or of a bone. The step does not filter the joints below these
+        /// joints. With `part`, the step filters both the part and these joints.
         joints: Vec<String> = Vec::new(), ValueKind::Names;
         /// The time range to filter. Default: the whole motion.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;

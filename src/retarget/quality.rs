@@ -35,7 +35,7 @@ const SAME_HEIGHT: f64 = 1e-3;
 pub struct LimbError {
     /// The bone.
     pub bone: Bone,
-    /// The mean of all frames, in degrees.
+    /// The mean angle over all frames, in degrees.
     pub mean_degrees: f64,
     /// The largest angle of a frame, in degrees.
     pub max_degrees: f64,

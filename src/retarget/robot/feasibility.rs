@@ -67,7 +67,7 @@ pub struct Feasibility {
     pub fraction_over_effort: Option<f64>,
     /// The largest torque of a joint, as a multiple of its effort in the robot's file.
     pub max_effort: f64,
-    /// The joint with this torque.
+    /// The joint with the torque `max_effort`.
     pub most_loaded_joint: String,
 }
 

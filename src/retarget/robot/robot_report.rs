@@ -82,8 +82,8 @@ pub struct RobotReport {
     /// per second.
     pub source_skate: Option<f64>,
     /// Of the steps between frames with a foot of the source in the air, the fraction in which the robot's sole scrapes
-    /// the floor. It scrapes if its lowest point is within 5 mm of the floor and faster than 0.3 m/s. Absent without
-    /// feet in the air.
+    /// the floor. A sole scrapes if its lowest point is within 5 mm of the floor and faster than 0.3 m/s. Absent
+    /// without feet in the air.
     pub fraction_scraping: Option<f64>,
     /// The fraction of frames in which a sole or another link is more than 1 cm below the floor. Links are capsules
     /// within their shapes.
@@ -106,27 +106,28 @@ pub struct RobotReport {
     /// The mean roll of thighs and upper arms relative to the source, in degrees. The roll decides the direction in
     /// which knees and elbows bend.
     pub roll_degrees: Option<f64>,
-    /// The angle between source and robot of the line of the hip joints, or of the shoulder joints: the larger mean, in
-    /// degrees.
+    /// The larger mean angle between source and robot, in degrees: of the line through the hips, or of the line through
+    /// the shoulders.
     pub trunk_degrees: Option<f64>,
-    /// The fraction of frames after which a joint jumps. A jump is a step of more than 0.5 rad in 1/30 s, while the
-    /// limb of the source rotates by less than half of that.
+    /// The fraction of frames after which a joint jumps. A joint jumps if it moves by more than 0.5 rad in 1/30 s,
+    /// while the limb of the source rotates by less than half as much.
     pub fraction_of_jumps: f64,
     /// Of the frames in which a foot of the source is in contact, the fraction with the sole more than 5 cm above the
-    /// floor. It is 1 if no foot is in contact and the soles never come nearer to the floor.
+    /// floor. It is 1 if no foot is in contact and no sole comes within 5 cm of the floor.
     pub fraction_floating: Option<f64>,
     /// The fraction of frames in which the hips of the source lie. A large fraction may mean a wrong up axis of the
     /// file.
     pub fraction_lying: f64,
-    /// The number of solver passes of the motion; 0 for a motion that was only judged. Only the first of two passes is
-    /// kept if the second would move limbs or feet farther away.
+    /// The number of solver passes of the motion; 0 for a motion that was only judged. mocap keeps only the first pass
+    /// if the second pass would worsen the directions of limbs or the sliding of feet.
     pub passes: u8,
-    /// The guessed parts: parts of the robot that its file does not show, and bones of the source whose roll nothing
-    /// shows.
+    /// The guessed parts: parts of the robot that its file does not show, and bones of the source whose roll is not
+    /// determined.
     pub guessed: Vec<String>,
     /// The parts of the motion that a robot without legs does not perform.
     pub left_out: Vec<String>,
-    /// Whether the robot can perform the motion; absent if its file states no masses, and for fewer than three frames.
+    /// Whether the robot can perform the motion; absent without masses in the robot's file, or with fewer than three
+    /// frames.
     pub dynamics: Option<Feasibility>,
     /// The measures of publications; absent for a stream, and for a robot without two legs.
     pub scores: Option<RobotScores>,

@@ -20,7 +20,7 @@ pub(super) const OVER_EFFORT_OF_GOOD: f64 = 0.01;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Criterion {
-    /// The name of the criterion in the table of `docs/robots-report.md`, which has its unit too.
+    /// The name of the criterion. The table of `docs/robots-report.md` has its meaning and unit.
     pub name: String,
     /// The measured value.
     pub value: f64,
