@@ -99,8 +99,8 @@ impl Surface {
         })
     }
 
-    /// The largest depth below the floor: of the end of the limb with the index `of`, or without `of`, of the parts
-    /// that are raised with the whole body.
+    /// The largest depth below the floor. With `of`, only the end of the limb with this index counts. Without `of`,
+    /// only the parts count that are raised with the whole body.
     fn depth(&self, pose: &Pose, up: Vec3, of: Option<usize>) -> f32 {
         let mut lowest = self.floor;
         for part in self.parts.iter().filter(|part| part.end_of == of) {

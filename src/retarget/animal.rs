@@ -101,8 +101,8 @@ struct Moved {
 }
 
 impl AnimalRetargeter {
-    /// Prepares to retarget the motions of `source` to `target`. `None` if one of them is not an animal on four legs
-    /// whose parts are known.
+    /// Prepares to retarget the motions of `source` to `target`. `None` if `source` or `target` is not an animal on
+    /// four legs whose parts are known.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] if `scale` is not above 0.
@@ -287,7 +287,7 @@ impl AnimalRetargeter {
         moved
     }
 
-    /// Rotates the target as the source, and stores the rotations relative to the parents.
+    /// Gives the target the rotations of the source, and stores them relative to the parents.
     fn pose(&self, from: &Pose, to: &mut Pose, scene: &Scene, kept: &mut [Vec<Quat>]) {
         for index in 0..scene.nodes.len() {
             let parent = scene.nodes[index].parent;

@@ -2,8 +2,8 @@
 //!
 //! For a creature, only the joint names are known. A joint of the target gets the world rotation that the source joint
 //! of the same name has, relative to the rest pose. The highest moving joint gets the path over the ground, scaled by
-//! the lengths of the bones. Then the lowest joints are at the height that they have at rest. If the rest poses differ,
-//! the poses in motion also differ. The report has the angles between bones.
+//! the lengths of the bones. This path puts the lowest joints at the height that they have at rest. If the rest poses
+//! differ, the poses in motion also differ. The report has the angles between bones.
 
 use std::collections::HashMap;
 
@@ -70,7 +70,7 @@ impl CreatureRetargeter {
     /// Prepares to retarget the motions of `source` to `target`.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] if they are not creatures of one kind, or have too few names in common.
+    /// [`Code::NotHumanoid`] if both skeletons are not creatures of one kind, or have too few names in common.
     /// [`Code::InvalidValue`] if `scale` is not above 0.
     pub(crate) fn new(source: (&Scene, &Figure), target: (&Scene, &Figure), scale: Scale) -> Result<Self> {
         let creature = one_kind(source.1, target.1)?;

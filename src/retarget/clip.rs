@@ -245,7 +245,7 @@ impl<'a> Chains<'a> {
                     above.has_rotation = true;
                     above.has_place |= has_place;
                     if is_new && index < next {
-                        // The ancestors must get this flag too.
+                        // Visit this joint again, because its ancestors must get the same flags.
                         next = index;
                         continue;
                     }
@@ -322,7 +322,7 @@ impl<'a> Chains<'a> {
 }
 
 wide::dispatch! {
-    /// As [`Chains::pose`].
+    /// Calls [`Chains::pose`], compiled with AVX2 if the processor has it.
     fn pose_block(chains: &Chains<'_>, ticks: &[f64], seen: &mut WatchedPose<LANES>) {
         chains.pose(ticks, seen);
     }

@@ -31,8 +31,8 @@ const WIDTH: f32 = 0.3;
 /// width at the ball.
 const HEEL_WIDTH: f32 = 0.2;
 
-/// The distance from the ball to the front of the part that does not bend with the toes, as a fraction of the distance
-/// from the ankle to the toes.
+/// The length of the rigid part of a foot in front of the ball, as a fraction of the distance from the ankle to the
+/// toes.
 const FRONT: f32 = 0.1;
 
 /// The largest rotation of an ankle to bring a foot above the floor, in radians: 34 degrees.

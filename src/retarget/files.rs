@@ -169,7 +169,7 @@ impl Retargeter {
     /// clip of the output has the name, a number is added.
     ///
     /// # Errors
-    /// - [`Code::NotHumanoid`] if the source is not a humanoid. If the target is a creature: if the source is of
+    /// - [`Code::NotHumanoid`] if the source is not a humanoid. With a creature as the target: if the source is of
     ///   another kind, or lacks the names of the target's joints
     /// - [`Code::NoMotion`] if the source has no animation
     /// - [`Code::InvalidValue`] if [`source_bones`](RetargetOptions::source_bones) names a joint that the source lacks
@@ -318,7 +318,7 @@ impl Retargeter {
     fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<RetargetedClip> {
         let mut provenance = Provenance::of_clip(source, index);
         let lock_feet = self.options.lock_feet;
-        // The source at the speed of the motion, if a robot needs another speed.
+        // The source at the speed of the motion, if the robot does not move at the speed of the source.
         let mut at_speed = None;
         let (mut clip, step) = match (mover, &self.target) {
             (Mover::Robot(retargeter), Target::Robot(robot)) => {

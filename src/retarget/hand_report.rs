@@ -89,7 +89,8 @@ pub struct HandContact {
 pub struct HandsReport {
     /// The contacts that are kept, in order of time.
     pub contacts: Vec<HandContact>,
-    /// Contacts that are not kept, because they would jerk or would not bring the palm nearer.
+    /// The number of contacts that are not kept, because the hand would jerk or the palm would not come nearer to its
+    /// goal.
     pub given_up: usize,
     /// The mean angle of all limbs and frames without the contacts, in degrees. The verdict uses this angle, because a
     /// hand contact changes the angles of its arm.

@@ -2,9 +2,9 @@
 //!
 //! On a body of other proportions, limbs in the same directions give other distances: palms that meet on the source
 //! cross or stay apart on the target. A palm of the source is in contact if it is near a surface and moves slowly along
-//! the surface. On the target, the palm goes to the same place of the same part, as in relationship descriptors
-//! (Al-Asqhar, Komura and Choi, 2013), by two-bone inverse kinematics. If a hand would jerk, the correction is spread
-//! over a longer time, then reduced, and then dropped.
+//! the surface. Two-bone inverse kinematics moves the palm of the target to the same place of the same part, as in
+//! relationship descriptors (Al-Asqhar, Komura and Choi, 2013). If a hand would jerk, the correction is spread over a
+//! longer time, then reduced, and then dropped.
 
 mod arm;
 mod contact;

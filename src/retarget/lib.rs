@@ -3,7 +3,7 @@
 //! A [`Retargeter`] takes whole files. It does these steps:
 //!
 //! - Convert the source to metres with +Y up, and find its bones.
-//! - Determine the T-pose while a rest pose is the first frame, and drop that frame.
+//! - Determine the T-pose. If the first frame is a rest pose, use it for the T-pose, and then drop it.
 //! - Retarget each motion, and lock feet to the ground if the result is better.
 //! - Give every clip its own name, its provenance and a report.
 //!

@@ -136,8 +136,8 @@ impl Builder<'_> {
         self.drive(bone, node, Rule::Between { from, to, fraction });
     }
 
-    /// Drives the joints of a chain by a chain with another number of joints. Each joint takes the rotation at its
-    /// fraction of the rotation from `base` to the end.
+    /// Drives the joints of a chain by a chain with another number of joints. Each joint takes the rotation of the
+    /// source's chain at the same fraction of the chain, counted in joints from `base`.
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
         for (index, &joint) in joints.iter().enumerate() {

@@ -475,8 +475,8 @@ impl RetargetReport {
     }
 
     /// Whether a motion with locked feet is better than `free`, the motion without the lock. With the lock, feet slide
-    /// less or are above the floor more often, and neither measure is much worse. The limbs keep their directions,
-    /// unless the motion without the lock is poor too.
+    /// less or are above the floor more often, and neither measure is much worse. The verdict is not poor, unless the
+    /// verdict without the lock is also poor.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
         let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
             return false;

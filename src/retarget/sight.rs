@@ -168,7 +168,8 @@ impl<'a> Sight<'a> {
             all: Vec::new(),
             weights: Vec::new(),
         };
-        // A standing rest pose shows the roll of limbs. The plane of an elbow need not be the plane of its joint then.
+        // A standing rest pose shows the roll of limbs, even if an elbow bends in another plane. So these limbs are not
+        // compared.
         let limbs = Bone::ALL.iter().filter(|_| !source.stands_at_rest());
         let rolls = limbs.filter_map(|bone| Some((Limb::new(source, target, *bone)?, angles(Aspect::Roll, *bone))));
         let lines = [Bone::Hips, Bone::Chest, Bone::Spine].into_iter().filter_map(|bone| {
@@ -271,7 +272,7 @@ impl Limb {
         })
     }
 
-    /// Whether the bending axis is constant in the bone. It is for all limbs except some forearms.
+    /// Whether the bending axis is constant in the bone. Only some forearms have a variable axis.
     fn has_one_axis(&self) -> bool {
         let Some(axes) = &self.in_forearm else { return true };
         let mean = axes.iter().sum::<Vec3>();

@@ -68,7 +68,7 @@ impl<const N: usize> Solved<N> {
 }
 
 wide::dispatch! {
-    /// Computes a block of poses, as [`Solved::solve`].
+    /// Calls [`Solved::solve`] for a block of poses, compiled with AVX2 if the processor has it.
     pub(super) fn solve_block(solved: &mut Solved<LANES>, plan: &Plan, root: &Root) {
         solved.solve(plan, root);
     }

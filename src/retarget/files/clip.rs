@@ -114,7 +114,7 @@ impl RetargetedClip {
     }
 }
 
-/// The quality of a motion on its target. In JSON it is the report inside.
+/// The quality of a motion on its target. JSON has only the contained report, without the name of the variant.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

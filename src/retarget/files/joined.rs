@@ -58,8 +58,8 @@ pub fn apply_steps_with_bones(
     EditStep::apply_fitted(scene, steps, (others, &second_motion), stated, found)
 }
 
-/// A second motion on the skeleton of `scene`, which has these bones; `None` if the second motion already has these
-/// joints.
+/// The motion `other` on the skeleton of `scene`, whose bones are `bones`; `None` if `other` already has the joints of
+/// `scene`.
 #[doc(hidden)]
 pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Result<Option<Fitted>> {
     let Err(difference) = have_the_same_joints(scene, other) else {

@@ -111,7 +111,8 @@ impl RetargetOptions {
     }
 
     /// The root motion of clips on a character or a skeleton. It stays in the hips, is removed, or moves with the
-    /// heading to the topmost node above the hips. Feet are locked and measured before. Default: [`RootMotion::Keep`].
+    /// heading to the topmost node above the hips. Feet are locked and measured before this change. Default:
+    /// [`RootMotion::Keep`].
     pub fn root(mut self, root: RootMotion) -> Self {
         self.root = root;
         self

@@ -47,8 +47,8 @@ pub struct SourceMotion {
     pub is_rest_pose_left_out: bool,
     /// Whether the conversion changed the frames. If so, it has already kept or dropped a rest pose in the first frame.
     pub(super) has_other_frames: bool,
-    /// A scene that shows the T-pose. It has all frames of the motion if the conversion changed the frames, or also the
-    /// frames of other motions of the skeleton.
+    /// The scene from which the T-pose is inferred, if it is not `scene`. It has all frames of the motion, or the
+    /// frames of several motions of the skeleton.
     #[doc(hidden)]
     pub whole: Option<Box<Scene>>,
 }
@@ -108,9 +108,9 @@ impl SourceMotion {
     }
 }
 
-/// The converted scene with all its frames. If `shown` is given, it has the frames of `shown`, whose unit and axes are
-/// those of `scene`. `None` if `shown` is absent and the conversion does not change the frames. All frames show the
-/// T-pose, so a part of a motion is retargeted as in the whole motion.
+/// The converted scene with all its frames. If `shown` is given, the result has the frames of `shown`, whose unit and
+/// axes are those of `scene`. `None` if `shown` is absent and the conversion does not change the frames. The T-pose is
+/// inferred from all frames, so a part of a motion is retargeted in the same way as the whole motion.
 #[doc(hidden)]
 pub fn whole(
     scene: &mut Scene,

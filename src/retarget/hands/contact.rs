@@ -25,10 +25,10 @@ const EASE: [f64; 2] = [0.15, 0.6];
 /// The time on both sides of a frame over which shifts are averaged, in seconds.
 const SMOOTH: f64 = 0.1;
 
-/// The factor by which this time grows if the hand jerks. Five steps lead from the first time to the longest.
+/// The factor by which [`EASE`] grows if the hand jerks. Five steps lead from the first value to the longest.
 const LONGER: f64 = 1.35;
 
-/// The factor by which the shift is reduced if the longest time is not enough.
+/// The factor by which the shift is reduced if the hand jerks even with the longest [`EASE`].
 const LESS: f32 = 0.8;
 
 /// The smallest fraction of a shift that is kept. A smaller shift does not bring a hand near the touched part.
@@ -37,7 +37,7 @@ const LEAST: f32 = 0.25;
 /// The largest push of a hand whose fingers are inside the head, in metres, for a body whose leg is [`LEG`] long.
 const PUSH: f32 = 0.15;
 
-/// The number of steps of this push. One step is not exact, because the head is round.
+/// The number of steps of the push out of the head. One step is not exact, because the head is round.
 const PUSHES: usize = 3;
 
 /// Maps places on parts of the source to places on the target.

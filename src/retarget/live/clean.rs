@@ -11,7 +11,8 @@ use rosc::OscMessage;
 use super::play::{bundles, pose_message};
 use super::vmc::{BonePose, Said, flat, said};
 
-/// The number of frames from which the frame rate of a sender is measured. No frame is returned before.
+/// The number of frames from which the frame rate of a sender is measured. The cleaner returns no frame before this
+/// number.
 const MEASURED: usize = 24;
 
 /// The range of frame rates of a sender, in Hz. A slower stream is not a motion, and a faster one has a wrong clock.

@@ -4,8 +4,8 @@
 //!
 //! A limb with a large error is solved again: backwards from the last frame, and from the worst frames. There, other
 //! starting angles are tried, forwards and backwards. Each frame takes the best of these tracks. A change of joints has
-//! a cost, so the path changes tracks where they agree. The path is the shortest path by dynamic programming (R.
-//! Bellman, 1957).
+//! a cost, so the path changes from one track to another where both tracks agree. The path is the shortest path by
+//! dynamic programming (R. Bellman, 1957).
 
 use glam::DVec3;
 use mocap_scene::math::quaternion::rotation_vector;
@@ -22,7 +22,8 @@ use super::weights::Weights;
 /// error of 20 degrees, which is visible.
 pub const SUSPECT: f64 = 0.12;
 
-/// The time over which the cost of a limb is averaged, in seconds. A limb with a shorter error is only fast.
+/// The time over which the cost of a limb is averaged, in seconds. A fast motion also causes an error, but for a
+/// shorter time.
 const WINDOW: f64 = 0.2;
 
 /// The number of worst frames of a limb in which other starting angles are tried. Each needs a pass over all frames.

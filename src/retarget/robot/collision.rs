@@ -176,8 +176,8 @@ impl Collisions {
         frames.filter(is_colliding).count()
     }
 
-    /// The pairs of bodies that penetrate each other by more than `least` allows, which gets the index of the pair.
-    /// Each pair has its two deepest capsules.
+    /// The pairs of bodies with a penetration deeper than `least(pair)`, where `pair` is the index of the pair. Of each
+    /// pair of bodies, only the two deepest capsules count.
     pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Penetration> {
         let placed = self.hulls.iter().zip(&pose.bodies);
         let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();

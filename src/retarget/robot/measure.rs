@@ -27,7 +27,7 @@ const SKATES: f64 = 0.1;
 /// seams and rugs.
 const SCRAPES_BELOW: f64 = 0.005;
 
-/// The speed of this point above which it scrapes, in m/s. Slower soles land or push off.
+/// The speed of the lowest point of a sole above which the sole scrapes, in m/s. Slower soles land or push off.
 const SCRAPES_ABOVE: f64 = 0.3;
 
 /// The mean sliding speed of the slowest point of a sole in stance. The slowest point counts, because a foot may roll.

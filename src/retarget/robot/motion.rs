@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::kinematics::{Kinematics, RobotPose};
 
-/// The largest relative difference of a frame rate from a whole number that counts as this number, as a fraction. A
-/// frame time of 0.033333 s has six decimals.
+/// The largest difference of a frame rate from a whole number at which the whole number is used, as a fraction. A frame
+/// time of 0.033333 s has six decimals.
 const WHOLE_RATE: f64 = 1e-4;
 
 /// The largest difference in frames of equal times.

@@ -123,7 +123,7 @@ impl QuadrupedRetargeter {
     }
 
     /// Retargets an animation of `source` to the robot, and reports its quality. Also returns the source at the speed
-    /// of the motion, if this is another speed.
+    /// of the motion, if this speed is not the source's speed.
     ///
     /// # Errors
     /// [`Code::LimitExceeded`] if the time scale makes the motion far longer.

@@ -278,7 +278,7 @@ impl RobotRetargeter {
         steps: &Steps,
     ) -> (RobotMotion, RobotReport) {
         match self.following.stand {
-            // The solver leaves an error of micrometres to these goals, which is removed.
+            // Removes the solver's error of micrometres.
             Some(stand) => motion.root.fill(stand),
             None => {
                 let raised = self.raised(&motion);

@@ -113,7 +113,7 @@ pub struct RobotReport {
     /// while the limb of the source rotates by less than half as much.
     pub fraction_of_jumps: f64,
     /// Of the frames in which a foot of the source is in contact, the fraction with the sole more than 5 cm above the
-    /// floor. It is 1 if no foot is in contact and no sole comes within 5 cm of the floor.
+    /// floor. It is 1 if no foot is in contact and the soles always stay higher than 5 cm.
     pub fraction_floating: Option<f64>,
     /// The fraction of frames in which the hips of the source lie. A large fraction may mean a wrong up axis of the
     /// file.

@@ -17,7 +17,7 @@ use super::terms::{Goals, ROOT, Terms};
 /// The largest rotation of a joint in a step, in radians. The linear terms are not valid farther away.
 const LARGEST_STEP: f64 = 0.6;
 
-/// The step below which the solver ends, in radians or metres: a tenth of the last of six decimals in a file.
+/// The step below which the solver ends, in radians or metres: near the last of six decimals in a file.
 const SMALLEST_STEP: f64 = 2e-6;
 
 /// The number of rounds in which joints are held at their limits. In a limb, at most this number of joints reach their

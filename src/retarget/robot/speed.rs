@@ -16,7 +16,7 @@ pub(super) const JUMP: f64 = 0.5;
 /// The time window of a jump, in seconds: a frame of film.
 pub(super) const WINDOW: f64 = 1.0 / 30.0;
 
-/// The fraction of this step by which the limb of the source must rotate to explain a jump.
+/// The fraction of [`JUMP`] by which the limb of the source must rotate to explain a jump.
 pub(super) const EXPLAINED: f64 = 0.5;
 
 /// The used fraction of the limit of a jump.

@@ -8,15 +8,15 @@ use mocap_scene::scene::HumanoidBone as Bone;
 /// The smallest height of a sole in its swing, as a fraction of the leg: the clearance of a person's toes.
 const CLEARANCE: f64 = 0.05;
 
-/// The largest value of this height, in metres: above the 2 cm that a robot needs over an uneven floor.
+/// The largest height that [`CLEARANCE`] may give, in metres: above the 2 cm that a robot needs over an uneven floor.
 const MOST: f64 = 0.025;
 
 /// The height that a foot in the air has from its first frame on, in metres. A sole below 5 mm scrapes, and the solver
 /// leaves some of the height.
 pub(super) const LEAST: f64 = 0.007;
 
-/// The time in which a foot rises to this height after lifting off, and also the time in which it comes down before
-/// landing, in seconds.
+/// The time in which a foot rises from [`LEAST`] to its full height after lifting off, in seconds. It comes down in the
+/// same time before landing.
 const RISE: f64 = 0.15;
 
 /// The smallest height of the robot's soles in a swing, in metres.

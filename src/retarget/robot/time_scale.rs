@@ -36,10 +36,11 @@ use super::verdict::OVER_EFFORT_OF_GOOD;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TimeScale {
-    /// As fast as the velocity limits of the robot's file allow, but not faster than the source. If the torques exceed
-    /// the effort limits of the file, slower, but only if this keeps them within these limits.
+    /// As fast as the velocity limits of the robot's file allow, but not faster than the source. If the torques then
+    /// exceed the effort limits of the file, a lower speed is chosen, but only if it brings the torques within these
+    /// limits.
     Auto,
-    /// This factor of the speed of the source. The default is 1.
+    /// The speed of the source times this factor. The default is 1.
     Factor(f64),
 }
 
@@ -258,7 +259,7 @@ fn excesses(kinematics: &Kinematics, motion: &RobotMotion) -> Vec<f64> {
 }
 
 /// Plays a motion at `speed` times its speed. If the velocity of a joint is within its limit at this speed, the steps
-/// between the new frames are within the limit too. So are the steps of positions in `lagging`.
+/// between the new frames are within the limit too. The steps of positions in `lagging` are within their limits too.
 fn resampled(
     kinematics: &Kinematics,
     (motion, excesses): (&RobotMotion, &[f64]),

@@ -226,7 +226,8 @@ impl Windows {
             for ((body, balls), clearance) in bound.soles.iter().zip(bound.goals[frame].clearances) {
                 for ball in balls {
                     let point = pose.bodies[*body].point(ball.centre);
-                    // The floor of a swing is higher. Above it, a low swing does less harm than penetrating links.
+                    // A swinging foot stays above `LEAST` as above the floor. Its full height has a smaller weight,
+                    // because a low swing does less harm than penetrating links.
                     let floor = (LEAST.min(clearance), self.weights.foot_place);
                     let swing = (clearance > LEAST).then_some((clearance, SWING * self.weights.apart));
                     for (least, weight) in std::iter::once(floor).chain(swing) {

@@ -3,9 +3,9 @@
 //! The masses and the feet of a robot are not where a person has them. With its hips over its feet like a person, a
 //! robot would fall, because the centre of pressure would be outside the soles. The centre of pressure of a mass at the
 //! position x and the height h is x - h/g x'' (the cart on a table of S. Kajita et al., "Biped walking pattern
-//! generation by using preview control of zero-moment point", ICRA 2003). It moves nearer by e if the mass is shifted
-//! by d, with d - h/g d'' = -e. The only shift that is bounded at all times is e smoothed by exp(-|t|/T) / 2T, with T =
-//! sqrt(h/g).
+//! generation by using preview control of zero-moment point", ICRA 2003). Let e be the vector from the soles to the
+//! centre of pressure. A shift d of the mass removes e if d - h/g d'' = -e. The only shift that is bounded at all times
+//! is -e smoothed by exp(-|t|/T) / 2T, with T = sqrt(h/g).
 
 use glam::DVec2;
 use mocap_scene::scene::{Animation, Scene};

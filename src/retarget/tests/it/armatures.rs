@@ -170,8 +170,8 @@ fn scene_with_armature(scene: &Scene, turn: Quat) -> Scene {
     made
 }
 
-/// Here the armature of the source is rotated. The motion in the world does not change, so the character moves as
-/// before, within 0.1 mm.
+/// The armature of the source is rotated, but the motion in the world does not change. So the motion of the character
+/// changes by at most 0.1 mm.
 #[test]
 fn a_motion_comes_from_a_turned_armature_as_from_one_that_is_not() {
     let bytes = std::fs::read("../../fixtures/characters/human_vrm0.vrm").unwrap();

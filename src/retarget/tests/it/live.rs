@@ -511,7 +511,7 @@ fn a_sender_that_begins_again_leaves_the_gap_of_its_arrival() {
     );
 }
 
-/// A jump of the clock gives no joint more time for a movement. A frame without a time does not either.
+/// Neither a jump of the clock nor a frame without a time gives a joint more time for a movement.
 #[test]
 fn a_robot_keeps_its_velocity_limits_across_a_jump_of_the_clock() {
     let robot = mocap::Importer::new()

@@ -265,7 +265,7 @@ fn a_motion_that_returns_is_the_same_within_a_degree() {
         let bindings = (Binding::new(&source, from), Binding::new(&back, to));
         let (mut a, mut b) = (Pose::rest(&source), Pose::rest(&back));
         let (here, other) = (Humanoid::of(&source), Humanoid::of(&there));
-        // If a spine has other joints, or only one body has a shoulder, each joint takes another share.
+        // If a spine has other joints, or only one body has a shoulder, each joint takes another share of the rotation.
         let returns = |bone: &Bone| {
             let is_spine = [Bone::Spine, Bone::Chest, Bone::UpperChest, Bone::Neck].contains(bone);
             !is_spine && other.bones.contains_key(bone)
