@@ -18,8 +18,7 @@ pub(super) struct Leg {
     pub(super) ankle: NodeId,
 }
 
-/// The figure of a scene. Fails if it is no humanoid. The bones are those of `known`, or otherwise those that mocap
-/// finds.
+/// The figure of a scene. Fails if it is no humanoid. The bones come from `known`; without `known`, mocap finds them.
 pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figure> {
     let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
     if !humanoid.found {

@@ -40,7 +40,7 @@ pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
 }
 
 /// The value at `t` of the cubic Hermite curve from 0 to `whole` over `steps` frames. `t` is 0 at the start of the
-/// curve and 1 at its end. `start` and `end` are the changes per frame there.
+/// curve and 1 at its end. `start` and `end` are the changes per frame at the two ends.
 fn cubic(whole: Vec3, start: Vec3, end: Vec3, steps: f32, t: f32) -> Vec3 {
     let (t2, t3) = (t * t, t * t * t);
     whole * (3.0 * t2 - 2.0 * t3) + (start * (t3 - 2.0 * t2 + t) + end * (t3 - t2)) * steps

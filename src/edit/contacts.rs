@@ -162,8 +162,8 @@ impl DetectedContacts {
 }
 
 impl ContactOptions {
-    /// Finds the frames in which the feet are at rest. If [`hands`](Self::hands) is `true`, also finds those of the
-    /// hands. Pass the bones as `humanoid` if you know them; otherwise mocap finds them.
+    /// Finds the frames in which the feet are at rest. If [`hands`](Self::hands) is `true`, also finds the frames in
+    /// which the hands are at rest. Pass the bones as `humanoid` if you know them; otherwise mocap finds them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

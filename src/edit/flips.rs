@@ -41,7 +41,7 @@ const MOST_FRAMES: usize = 2000;
 /// The largest difference between the jump into a run and the inverse of the jump out of it, as a fraction of the
 /// smaller jump.
 const AGREE: f32 = 0.4;
-/// A jump counts as half a turn about the bone if the difference is at most this angle, in degrees.
+/// A jump counts as half a turn about the bone if it differs from half a turn by at most this angle, in degrees.
 const HALF_TURN: f32 = 35.0;
 
 /// A speed of rotation that no joint of an animal reaches, in degrees per second. Joints of galloping dogs reach 2000.

@@ -103,7 +103,7 @@ impl Floor {
         });
         let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
         let shown = |axis: DVec2| {
-            // Each foot is measured by itself, because one may stand lower than the other.
+            // Each foot is measured by itself, because one foot may stand lower than the other foot.
             let feet = steps.chunk_by(|a, b| (a.kind, a.is_right) == (b.kind, b.is_right));
             let reach = feet.map(|foot| {
                 let at = || foot.iter().map(|step| step.at().truncate().dot(axis));

@@ -265,8 +265,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// All transforms at a fractional frame number, interpolated between two frames. Before the first or after the last
-    /// frame, the transforms of this frame.
+    /// All transforms at a fractional frame number, interpolated between two frames. Before the first frame, the
+    /// transforms of the first frame; after the last frame, the transforms of the last frame.
     pub(super) fn row_at(&self, frame: f64) -> Vec<Trs> {
         let last = self.len().saturating_sub(1);
         let frame = frame.clamp(0.0, last as f64);
@@ -450,7 +450,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// For a mirrored motion: each node takes over from its partner which of its values are constant.
+    /// For a mirrored motion: gives each node the constant values of its partner.
     pub(super) fn exchange(&mut self, partners: &[NodeId]) {
         let of_partner = |node: &NodeId| self.constant_of(partners[node.index()]);
         self.constant = self.nodes.iter().map(of_partner).collect();

@@ -122,7 +122,7 @@ impl Extent {
     /// The axis from the feet to the head.
     ///
     /// The head is not always above the feet, as in swimming or in some rest poses. If the motion and the rest pose
-    /// disagree, the motion decides if its feet return to a floor, as those of an upright figure do.
+    /// disagree, the motion decides if its feet return to a floor, like the feet of an upright figure.
     pub(super) fn up(&self) -> Guess<UpAxis> {
         let Some(to_head) = self
             .feet_to_head

@@ -3,9 +3,9 @@
 //! Ankles, balls of the feet and toe tips each have a resting level in the motion. In each frame, the height of the
 //! lower of the left and the right point counts. The level is the fifth percentile of these heights, without feet that
 //! have sunk into the ground. A frame's weight is the distance that the feet move around it, so a long stance counts
-//! about as much as a step. Frames that repeat the frame before have no weight, and neither has a rest pose from which
-//! the motion jumps away. The soles are at the lowest of these levels, or at the height that the skin shows. Most files
-//! have a floor at height 0. So if the soles are near 0, the ground is at 0.
+//! about as much as a step. Frames that repeat the frame before have no weight. A rest pose from which the motion jumps
+//! away also has no weight. The soles are at the lowest of these levels, or at the height that the skin shows. Most
+//! files have a floor at height 0. So if the soles are near 0, the ground is at 0.
 
 mod drift;
 mod levels;
@@ -117,8 +117,8 @@ impl Ground {
         (part * self.soles.0).min(self.joints()) + 0.0
     }
 
-    /// The distance of height 0 from the soles. When a foot pushes off, its toe tip is below the sole, so the sole is
-    /// somewhere between the level of the toe tips and the level of the joints.
+    /// The distance of height 0 from the soles. When a foot pushes off, its toe tip is below the sole. So the sole is
+    /// between the level of the toe tips and the level of the joints.
     fn distance_of_zero(&self) -> f32 {
         match self.soles {
             (soles, Sole::Ends) if soles < 0.0 => (-self.joints()).max(0.0),

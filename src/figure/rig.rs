@@ -30,8 +30,8 @@ const SAME_PLACE: f32 = 2e-4;
 /// fraction of the shared vertices may belong to joints near the top of that limb.
 const NEAR_PARENT: f32 = 0.05;
 
-/// The smallest distance from a joint to its parent at which the skin may show that it follows another joint, as a
-/// fraction of the height of the skeleton. Hips without a skin of their own are near to thighs and spine.
+/// A distance from a joint to its parent, as a fraction of the height of the skeleton. Below this distance, the nearest
+/// vertices do not show which joint the joint follows. Hips without a skin of their own are near to thighs and spine.
 const FAR_FROM_PARENT: f32 = 0.2;
 
 /// The largest distance between the skins of a joint and the joint that it follows, as a fraction of the height of the

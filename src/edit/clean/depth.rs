@@ -46,8 +46,8 @@ const LEAST_WAVER: f64 = 0.012;
 /// The speed below which the slower foot is in stance after the repair, in m/s: half of a slow step.
 const STILL: f64 = 0.2;
 
-/// The least fraction of the frames in which the slower foot must be in stance after the repair. In a walk, it is
-/// always in stance, in a dance mostly.
+/// The least fraction of the frames in which the slower foot must be in stance after the repair. The slower foot is
+/// always in stance in a walk, and mostly in a dance.
 const STANDS: f64 = 0.65;
 /// The time in seconds over which the correction is smoothed, because it jumps when the other foot becomes the slower
 /// one.

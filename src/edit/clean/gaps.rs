@@ -25,8 +25,8 @@ const LEFT: usize = WINDOW - DEGREE - 1;
 /// second.
 const AROUND: usize = 4;
 
-/// The distance of these windows in frames. Neighbouring windows share most of their frames, so they would add no
-/// evidence.
+/// The number of frames from one of these windows to the next. Neighbouring windows share most of their frames, so they
+/// would add no evidence.
 const STRIDE: usize = 3;
 /// The residual that rounding causes, in squares of radians and of fractions of the body.
 const ROUNDING: f32 = 1e-9;

@@ -37,8 +37,9 @@ const CALM_AFTER: f64 = 3.0;
 /// and for a motion it is smaller.
 const FLAT: f64 = 0.85;
 /// The estimate for white noise is below the true value, because it is the smallest of several estimates, and from a
-/// calm span. The relative deficit is this factor over the root of the frames of a span. In simulations with 60 draws
-/// each, the estimates are 0.79 of the true value for 16 frames, 0.845 for 30 and 0.887 for 60.
+/// calm span. The relative deficit is this factor divided by the square root of the number of frames in a span. In
+/// simulations with 60 draws each, the estimates are 0.79 of the true value for 16 frames, 0.845 for 30 and 0.887 for
+/// 60.
 const LESS: f64 = 0.85;
 
 /// The fraction of the rotating joints that counts as most of them.

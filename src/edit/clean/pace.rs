@@ -22,7 +22,8 @@ const SLOWEST_OWN_RATE: f64 = 12.0;
 /// The lowest cut-off frequency of the bank in Hz: the sway of a standing body is as slow.
 const LOWEST: f64 = 0.4;
 
-/// The ratio of the cut-off frequencies of neighbouring filters. Twelve filters cover sway up to a step of 30 Hz.
+/// The ratio of the cut-off frequencies of neighbouring filters. At 30 Hz, nine filters cover the range from [`LOWEST`]
+/// to [`HIGHEST`].
 const RATIO: f64 = 1.5;
 /// The highest cut-off frequency, as a fraction of the frame rate.
 const HIGHEST: f64 = 0.4;
@@ -165,8 +166,8 @@ impl Sampled {
         }
     }
 
-    /// The variance of white noise in all frames of the take that has the same density per hertz as noise of this
-    /// standard deviation in the sampled frames.
+    /// Converts the standard deviation of noise in the sampled frames to the variance of noise in all frames of the
+    /// take. Both noises are white, and have the same density per hertz.
     pub(super) fn of_all(&self, deviation: f64) -> f64 {
         deviation * deviation * self.every as f64
     }

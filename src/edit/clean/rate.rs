@@ -58,7 +58,8 @@ const ALIKE: f64 = 1.25;
 /// "Reproducibility of the walking patterns of normal young adults", 1998.
 const WALK_RATIO: f64 = 1.54;
 
-/// The factor by which this ratio may differ. It varies by a fifth between people, and more between styles of walking.
+/// The largest factor between a measured ratio and [`WALK_RATIO`]. The ratio varies by a fifth between people, and more
+/// between styles of walking.
 const WALK_RATIO_OFF: f64 = 1.55;
 
 /// The least number of steps of a walk: two of each foot.

@@ -22,7 +22,8 @@ struct Target {
 }
 
 impl Target {
-    /// The weight at a fractional frame. Before the first or after the last frame, the weight of this frame.
+    /// The weight at a fractional frame. Before the first frame, the weight of the first frame; after the last frame,
+    /// the weight of the last frame.
     fn at(&self, frame: f64) -> f32 {
         let Some(last) = self.values.len().checked_sub(1) else {
             return self.at_rest;

@@ -20,7 +20,8 @@ const MOST_MOVED: f64 = 0.4;
 /// The largest turn of a walk, in radians (29 degrees), with the same reason as [`MOST_MOVED`].
 const MOST_TURNED: f64 = 0.5;
 
-/// If a figure moves less than this distance while its direction is measured, it has no direction, in metres.
+/// The smallest distance that shows a direction, in metres. A figure that moves less while its direction is measured
+/// has no direction.
 const STILL: f64 = 0.1;
 
 impl Network<'_> {

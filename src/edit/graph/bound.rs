@@ -16,7 +16,7 @@
 //! ```
 //!
 //! Both sides are nearly equal if c is near 1. So the entries of A and r, multiplied by the root of 1/2, together with
-//! the heights are suitable numbers. They are too many. Each of these reductions keeps the bound:
+//! the heights are suitable numbers. These numbers are too many. Each of the following reductions keeps the bound:
 //!
 //! - Frames are expressed in orthonormal functions of time, of which the first are kept (Bessel's inequality).
 //! - z is expressed in orthonormal patterns of points. The first [`PATTERNS`] are kept, and the length of the

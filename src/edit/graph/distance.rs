@@ -2,9 +2,9 @@
 //! 3.1.
 //!
 //! A window is a short run of frames, with the point cloud of all joints in each frame. One of the two windows is
-//! rotated about the vertical and shifted over the ground so that the weighted sum of squared distances between points
-//! is smallest. A formula gives this rotation and shift. The sum of the weights is 1, so the square root of the sum is
-//! the root mean square distance of the points, in metres. Frames near the edges of a window have smaller weights.
+//! rotated about the vertical and shifted over the ground. A formula gives the rotation and the shift with the smallest
+//! weighted sum of squared distances between points. The sum of the weights is 1, so the square root of the sum is the
+//! root mean square distance of the points, in metres. Frames near the edges of a window have smaller weights.
 //!
 //! For all pairs of windows of two clips, the sums over the points are computed once for each pair of frames. A window
 //! then adds the sums along a diagonal. Numbers have 64 bits and are relative to the position of the figure, so that
@@ -249,8 +249,8 @@ impl Tile {
 }
 
 wide::dispatch! {
-    /// Three sums over the points for each pair of frames. They are the sums of the dot products over the ground, of
-    /// the cross products over the ground (second point with first point), and of the products of the heights.
+    /// Three sums over the points for each pair of frames. They add up dot products over the ground, cross products
+    /// over the ground (second point with first point), and products of the heights.
     fn products(first: &[Vec<[f64; 3]>], second: &[Vec<Lanes>], width: usize, sums: &mut [Vec<f64>; 3]) {
         for (frame, points) in first.iter().enumerate() {
             for (group, others) in second.iter().enumerate() {

@@ -10,8 +10,8 @@ use super::network::Network;
 use super::walk::Walk;
 use super::{GraphClip, GraphTransition};
 
-/// The cost of a second of motion, relative to a transition whose distance is the threshold. It is a number. Because of
-/// this cost, the shorter of two equally good walks wins.
+/// The cost of a second of motion, as a multiple of the cost of a transition whose distance is the threshold. Because
+/// of this cost, the shorter of two equally good walks wins.
 const COST_OF_SECOND: f64 = 0.2;
 
 /// The step by which the search reached a frame.

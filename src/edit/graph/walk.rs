@@ -79,8 +79,7 @@ pub struct WalkPath {
     pub largest_angle: f64,
 }
 
-/// A walk follows its path if its largest distance is at most the first value, in metres, and its largest angle at most
-/// the second value, in degrees.
+/// The largest distance in metres and the largest angle in degrees at which a walk follows its path.
 const FOLLOWED: (f64, f64) = (0.1, 10.0);
 
 impl fmt::Display for WalkPath {

@@ -13,7 +13,7 @@ use super::{RobotBone, robot_bones, robot_scene};
 /// begin at the origin of the link.
 const BONE: &str = "_bone";
 
-/// If the start of a bone is within this distance of the origin of its link, both are the same point, in metres.
+/// The distance, in metres, within which the start of a bone and the origin of its link count as the same point.
 /// Rounded axes cause such distances.
 const SAME_PLACE: f64 = 1e-6;
 

@@ -151,7 +151,7 @@ impl Builder<'_> {
         /// For a uniform bar, it is 2. For a forearm that is thicker at the elbow, it is less.
         const BEYOND: f64 = 1.8;
 
-        /// If the centre of mass is within this distance of the elbow, it shows no direction, in metres. Rounding in
+        /// The distance from the elbow, in metres, within which the centre of mass shows no direction. Rounding in
         /// files causes such distances.
         const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;

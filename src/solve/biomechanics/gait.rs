@@ -145,7 +145,7 @@ pub struct Gait {
     pub events_of_file: bool,
     /// The number of detected events whose times were taken from force plates.
     pub events_of_plates: usize,
-    /// Whether the motion is in place, as on a treadmill. Lengths and speeds are absent then.
+    /// Whether the motion is in place, as on a treadmill. If so, lengths and speeds are absent.
     pub in_place: bool,
     /// The left foot.
     pub left: SideOfGait,

@@ -165,7 +165,7 @@ struct Curve {
     after: Option<usize>,
     /// The number of frames after which the speed at an end has no effect.
     swing: f64,
-    /// The vector from the frame before to the frame after.
+    /// The vector from the frame before the gap to the frame after the gap.
     whole: DVec3,
     /// The speeds at both ends, per frame.
     speeds: [DVec3; 2],

@@ -313,7 +313,7 @@ pub(super) fn named(name: &str) -> Option<Landmark> {
         .find(|landmark| landmark.name.eq_ignore_ascii_case(name))
 }
 
-/// The set of whose own names nearly all are present. If several sets fit, the set with the most names present.
+/// The set with nearly all of its own names in `keys`. If several sets fit, the set with the most names in `keys`.
 pub fn set_name(keys: &[String]) -> Option<&'static str> {
     /// The smallest fraction of a set's names that a file of that set has, because some markers are always missing.
     const NEARLY_ALL: f64 = 0.75;

@@ -37,8 +37,8 @@ pub(super) struct Take {
     pub(super) guess: Option<std::result::Result<(), &'static str>>,
     /// Metres per unit of the scene.
     pub(super) metres: f64,
-    /// The width of the front of the pelvis in units of the file, and the stated metres per unit, if no pelvis has that
-    /// width.
+    /// If no pelvis has the width that the stated unit gives: the width of the front of the pelvis in units of the
+    /// file, and the stated metres per unit.
     pub(super) misstated: Option<(f64, f64)>,
 }
 

@@ -363,7 +363,7 @@ fn a_foot_without_a_channel_is_locked() {
     assert!(clean < 0.1 * spoiled, "{clean} of {spoiled}: {report}");
 }
 
-/// The fastest moments of a body that stands still are noise, and its peak speed is no reason to keep it.
+/// The fastest moments of a body that stands still are noise. The peak speed is no reason to keep this noise.
 #[test]
 fn a_body_that_stands_still_loses_its_noise() {
     let mut truth = walk();

@@ -319,7 +319,8 @@ fn both_sides_have_one_sign() {
     assert!(angle(&left, "wrist_flex_l") > 10.0);
 }
 
-/// The times at which the feet come to rest, in seconds, by height and speed. The events of a walk do not use these.
+/// The times at which the feet come to rest, in seconds, by height and speed. The events of a walk do not use these
+/// times.
 fn landings(scene: &Scene, side: Side) -> Vec<f64> {
     let foot = match side {
         Side::Left => Bone::LeftFoot,

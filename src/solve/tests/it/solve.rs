@@ -398,7 +398,8 @@ fn what_does_not_go_with_the_points_is_named() {
         "{}",
         import("nosuch")
     );
-    // A set with as many points takes them in their order, and needs each of them.
+    // An array without names matches a set by the number of points. The set takes the points in the order of the array,
+    // and needs each point.
     for (name, count) in [
         ("coco17", 17),
         ("h36m", 17),

@@ -119,8 +119,8 @@ fn sides_may_be_turned_and_bent_differently_at_rest() {
     }
 }
 
-/// Positions do not show the roll of a bone. The offsets and, computed by NumPy, the mean posture of the files show how
-/// the frames of both sides relate: reflected along an axis.
+/// Positions do not show the roll of a bone. The offsets show it, and so does the mean posture of the files, as NumPy
+/// computes it: the frames of both sides are reflections along an axis.
 #[test]
 fn each_bone_is_turned_about_itself_as_its_partner_was() {
     use HumanoidBone::*;

@@ -73,7 +73,7 @@ fn loads_that_are_no_steps_give_no_events() {
     let loaded =
         |first: usize, end: usize| -> Vec<bool> { (0..80).map(|sample| (first..end).contains(&sample)).collect() };
     assert_eq!(events(&loaded(30, 50)), (2, [0.30], [0.50]));
-    // Too short; loaded from the first sample, or to the last one.
+    // A load that is too short, a load from the first sample on, and a load up to the last sample.
     assert_eq!(events(&loaded(30, 39)).0, 0);
     assert_eq!(events(&loaded(0, 50)), (1, [0.32], [0.50]));
     assert_eq!(events(&loaded(30, 80)), (1, [0.30], [0.48]));
