@@ -61,8 +61,9 @@ impl LeverArms {
         at_ends.fold(shell, f32::max).sqrt()
     }
 
-    /// The smallest change of a rotation error (axis times angle) that brings the largest error of a point to `goal`,
-    /// or as near to `goal` as the position error allows. `None` if the largest error is at most `largest`.
+    /// The smallest change of a rotation error (axis times angle) that brings the largest error of a point to `goal`.
+    /// If the position error is too large, the error comes as near to `goal` as possible. `None` if the largest error
+    /// is at most `largest`.
     #[inline]
     pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);

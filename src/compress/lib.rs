@@ -185,8 +185,8 @@ fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedCli
         ..
     } = &refinement.encoder;
     let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_NUMBERS);
-    // Refinement adds keys to this size. But some tracks that are animated in `own` may be constant with shared key
-    // frames.
+    // Refinement adds further keys, so the final size is larger. But some tracks that are animated in `own` may be
+    // constant with shared key frames.
     let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
     if size as f32 * MAYBE_CONSTANT >= encoding.size(&own) as f32 {
         return Ok(own);

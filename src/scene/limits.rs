@@ -59,8 +59,9 @@ setters! {
 }
 
 impl Limits {
-    /// The limit on values that expand from a smaller source. `stated` is the size of the source. It is a number of
-    /// bytes, if the format states a long take in few bytes (curves or sparse keys), or a number of values to resample.
+    /// The limit on values that expand from a smaller source. `stated` is the size of the source. For a format that
+    /// states a long take in few bytes (curves or sparse keys), it is a number of bytes. For resampling, it is a number
+    /// of values.
     ///
     /// The limit grows with the source, so that memory stays in proportion. 256 values per byte exceed the need of a
     /// file in which one joint of a hundred moves and the others have one key.

@@ -164,7 +164,7 @@ impl Pose {
         );
     }
 
-    /// Forward kinematics of `node` and its descendants, after `node_to_parent` changed only there.
+    /// Forward kinematics of `node` and its descendants, after `node_to_parent` changed only for these nodes.
     pub fn update_below(&mut self, node: NodeId) {
         let nodes = self.parents.iter().zip(&self.node_to_parent).enumerate();
         for (index, (parent, node_to_parent)) in nodes.skip(node.index()) {

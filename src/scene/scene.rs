@@ -328,7 +328,7 @@ impl Animation {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// The name of the driven node. If several joints have this name and [`node`](Self::node) does not distinguish
-    /// them, the first channel with the name drives the first joint, the second channel the second, and so on.
+    /// them, channels and joints with this name are paired in their order.
     pub node_name: String,
     /// The driven node, if that node has the channel's name. Names may repeat or be empty; ids are unique. Readers set
     /// this field. With `None` the name decides.

@@ -39,7 +39,7 @@ pub(super) mod node {
     pub(in super::super) const TRANSLATION: u8 = 8;
     pub(in super::super) const SCALE: u8 = 16;
     pub(in super::super) const END_SITE: u8 = 32;
-    /// Marks a rotation that is constant in the motion and differs in the rest pose. `REST_TRANSLATION` does so for a
+    /// Marks a rotation that is constant in the motion and differs in the rest pose. `REST_TRANSLATION` marks such a
     /// translation.
     pub(in super::super) const REST_ROTATION: u8 = 64;
     pub(in super::super) const REST_TRANSLATION: u8 = 128;

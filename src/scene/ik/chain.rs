@@ -126,9 +126,9 @@ fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
     }
 }
 
-/// Places one joint after the other, from the first. Each joint stays as near to its position as possible while the
-/// remaining bones can reach the goal. This method is exact where FABRIK converges too slowly: if the goal is almost at
-/// the nearest or farthest distance that the bones allow.
+/// Places one joint after the other, from the first. Each joint stays as near to its position as it can without putting
+/// the goal out of reach of the remaining bones. This method is exact where FABRIK converges too slowly: if the goal is
+/// almost at the nearest or farthest distance that the bones allow.
 fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec3) {
     for (index, &length) in lengths.iter().enumerate() {
         let (here, next) = (points[index], points[index + 1]);

@@ -9,7 +9,7 @@ use crate::scene::{Node, NodeId};
 const EQUAL: f64 = 1e-4;
 
 /// Completes the bind pose of a skeleton. A node without a bound mesh, such as the end of a chain, follows its nearest
-/// ancestor that has one, and keeps its rest pose relative to that ancestor. `None` remains for nodes in their rest
+/// ancestor with a bound mesh. It keeps its rest pose relative to that ancestor. `None` remains for nodes in their rest
 /// pose.
 ///
 /// Both `rest` and `bind` are node-to-world matrices.

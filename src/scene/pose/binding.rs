@@ -88,9 +88,9 @@ struct Link {
 impl Binding {
     /// Binds `animation` to its own skeleton.
     ///
-    /// A channel drives its [`node`](crate::scene::Channel::node) if that node has the channel's name. Otherwise the
-    /// first channel with a name drives the first node with that name that is not an end site, the second channel the
-    /// second, and so on. Translations, rotations and scales all come from the animation.
+    /// A channel drives its [`node`](crate::scene::Channel::node) if that node has the channel's name. Otherwise,
+    /// channels and nodes with the same name are paired in their order. End sites are not counted. Translations,
+    /// rotations and scales all come from the animation.
     pub fn new(scene: &Scene, animation: &Animation) -> Self {
         let known = |channel: &Channel| {
             let named = |id: &NodeId| {

@@ -29,9 +29,9 @@ impl Scene {
 }
 
 impl Scene {
-    /// Adds a joint named `Root` as the parent of the first root, and moves the ground translation and the heading to
-    /// the new joint, as game engines expect. The old root keeps its height and its other rotations. World positions do
-    /// not change. Returns the new joint; `None` if there is no root.
+    /// Adds a joint named `Root` as the parent of the first root. The ground translation and the heading move to the
+    /// new joint, as game engines expect. The old root keeps its height and its other rotations. World positions do not
+    /// change. Returns the new joint; `None` if there is no root.
     #[doc(hidden)]
     pub fn extract_root_motion(&mut self) -> Option<NodeId> {
         let old_root = roots(self).next()?;

@@ -297,8 +297,9 @@ impl UpAxis {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum RootOffset {
-    /// Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the median of all
-    /// frames. Replaces otherwise.
+    /// Adds in two cases. The root's position is near zero in the first frame or in the median of all frames, but the
+    /// OFFSET is not zero. Or the position stays near zero along an OFFSET that puts the feet on the floor. Otherwise,
+    /// replaces.
     #[default]
     Auto,
     /// The position channels replace the OFFSET, as in Assimp and Blender.

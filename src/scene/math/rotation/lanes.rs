@@ -112,8 +112,8 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
 /// move an angle across a rounding boundary.
 ///
 /// Range reduction in degrees is exact: `half - 90 n` has no error in binary floating point, while radians would need
-/// many digits of pi. The remainder, at most 45 degrees, goes into Taylor polynomials of degree 15 and 16. Their next
-/// terms are 4.7e-17 and 2.1e-18 there.
+/// many digits of pi. The remainder, at most 45 degrees, goes into Taylor polynomials of degree 15 and 16. At 45
+/// degrees, the next terms of the polynomials are 4.7e-17 and 2.1e-18.
 #[inline(always)]
 pub fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     /// Adding this number rounds to a whole number, which then occupies the low bits.
