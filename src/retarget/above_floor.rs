@@ -1,9 +1,10 @@
 //! Keeps the skin of the target above its floor when the source kneels, crawls, lies or falls.
 //!
-//! On a body of other proportions, limbs in the same directions put knees, back and head below the floor. A thicker
-//! body is deeper. The whole body is raised by the depth of its deepest part. Hands and feet do not count for this
-//! depth: two-bone inverse kinematics raises them. If the source's joints and skin are below its floor, the skin of the
-//! target may be as deep. A raise reaches the depth of the deepest frame near it, and starts and ends smoothly.
+//! If limbs keep their directions on a body of other proportions, knees, back and head may get below the floor. A
+//! thicker body is deeper. The whole body is raised by the depth of its deepest part. Hands and feet do not count for
+//! this depth: two-bone inverse kinematics raises them. If the source's joints and skin are below its floor, the skin
+//! of the target may be equally deep. A raise reaches the depth of the deepest frame near it, and starts and ends
+//! smoothly.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -32,8 +33,8 @@ const MOST: f32 = 0.5;
 /// The time before and after the deepest frame in which a raise starts and ends, in seconds.
 const EASE: f64 = 0.2;
 
-/// Cosines of the angle between a leg and straight down. Above the first, the foot is raised less. Above the second,
-/// the foot is not raised: to raise the foot of a leg in stance, the knee would have to bend far.
+/// Cosines of the angle between a leg and straight down. Above the first cosine, the foot is raised less. Above the
+/// second cosine, the foot is not raised: to raise the foot of a leg in stance, the knee would have to bend far.
 const STANDING: [f32; 2] = [0.75, 0.9];
 
 /// The largest coordinate of the directions in which the outermost vertices of a joint are searched: whole numbers from

@@ -24,7 +24,7 @@ use super::quality::{ByNames, RetargetReport, verdict};
 use super::skin_report::SkinReport;
 use super::{Scale, no_animation};
 
-/// The smallest number of common joint names of two skeletons of one kind. Fewer may be chance.
+/// The smallest number of common joint names of two skeletons of one kind. Fewer common names may be chance.
 const FEWEST: usize = 4;
 
 /// The smallest fraction of the source's joints with a common name: half, so that a rig with helpers is accepted.

@@ -71,7 +71,7 @@ impl Retargeter {
     /// Retargets all motions of `source`, an unconverted scene, to a target: a [`Target`], or a value that becomes one.
     ///
     /// # Errors
-    /// As [`onto`](Self::onto), [`prepare`](Self::prepare) and [`add`](Self::add).
+    /// The errors of [`onto`](Self::onto), [`prepare`](Self::prepare) and [`add`](Self::add).
     pub fn new(source: Scene, target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
         let mut retargeting = Self::onto(target, options)?;
         let source = retargeting.prepare(source)?;
@@ -119,24 +119,24 @@ impl Retargeter {
     /// Converts an unconverted scene to metres with +Y up, by [`conversion`](RetargetOptions::conversion).
     ///
     /// # Errors
-    /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply); also [`Code::InvalidValue`] if
+    /// The errors of [`Conversion::apply`](mocap_figure::convert::Conversion::apply); also [`Code::InvalidValue`] if
     /// [`source_bones`](RetargetOptions::source_bones) names a joint that the scene lacks.
     pub fn prepare(&self, scene: Scene) -> Result<SourceMotion> {
         let figure = Figure::mapped(&scene, &self.options.source_bones)?;
         self.prepare_figure(scene, &figure)
     }
 
-    /// As [`prepare`](Self::prepare) for a scene with a known figure, with
+    /// Like [`prepare`](Self::prepare) for a scene with a known figure, with
     /// [`source_bones`](RetargetOptions::source_bones).
     ///
     /// # Errors
-    /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply).
+    /// The errors of [`Conversion::apply`](mocap_figure::convert::Conversion::apply).
     pub fn prepare_figure(&self, scene: Scene, figure: &Figure) -> Result<SourceMotion> {
         self.prepare_shown(scene, figure, None)
     }
 
-    /// As [`prepare`](Self::prepare), but the T-pose is also inferred from `shown`, other motions of the skeleton. They
-    /// have the unit and axes of the unconverted scene.
+    /// Like [`prepare`](Self::prepare), but the T-pose is also inferred from `shown`, other motions of the skeleton.
+    /// They have the unit and axes of the unconverted scene.
     #[doc(hidden)]
     pub fn prepare_shown(
         &self,
@@ -233,8 +233,8 @@ impl Retargeter {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::prepare`] and [`RobotRetargeter::judge`]; [`Code::InvalidValue`] if the target is not a robot on two
-    /// legs.
+    /// The errors of [`Self::prepare`] and [`RobotRetargeter::judge`]; [`Code::InvalidValue`] if the target is not a
+    /// robot on two legs.
     pub fn judge(&self, mut reference: Scene, motion: &RobotMotion) -> Result<RobotReport> {
         let mut judge = self.clone();
         judge.options.conversion = judge.options.conversion.frame_rate(motion.fps);

@@ -214,10 +214,10 @@ impl PoseRetargeter {
         self
     }
 
-    /// As [`Self::new`] for two known figures.
+    /// Like [`Self::new`] for two known figures.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// The errors of [`Self::new`].
     pub(crate) fn with_figures(
         (source, from): (&Scene, Figure),
         (target, to): (&Scene, Figure),
@@ -333,7 +333,7 @@ impl PoseRetargeter {
         self.in_file(self.animation_in_rig(source, animation))
     }
 
-    /// As [`Self::animation`], in the scene of [`Self::skeleton`].
+    /// Like [`Self::animation`], in the scene of [`Self::skeleton`].
     fn animation_in_rig(&self, source: &Scene, animation: &Animation) -> Animation {
         clip::animation((&self.source, source), &self.target, &self.plan, &self.root, animation)
     }
@@ -368,7 +368,7 @@ impl PoseRetargeter {
     /// direction of the source's limb. [`RetargetReport::slides`] tells whether they slide.
     ///
     /// # Errors
-    /// As [`foot_lock`](mocap_edit::foot_lock()); `moved` is then unchanged.
+    /// The errors of [`foot_lock`](mocap_edit::foot_lock()). After an error, `moved` is unchanged.
     pub fn lock_feet(
         &self,
         source: &Scene,
@@ -382,7 +382,7 @@ impl PoseRetargeter {
         Ok(report)
     }
 
-    /// As [`Self::lock_feet`], in the scene of [`Self::skeleton`].
+    /// Like [`Self::lock_feet`], in the scene of [`Self::skeleton`].
     fn lock_in_rig(
         &self,
         source: &Scene,
@@ -440,7 +440,7 @@ impl PoseRetargeter {
     /// unless [`free_hands`](PoseRetargetOptions::free_hands) is set.
     ///
     /// # Errors
-    /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] if there is no such animation.
+    /// The errors of [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] if there is no such animation.
     pub fn clip(
         &mut self,
         source: &Scene,
@@ -513,7 +513,7 @@ impl PoseRetargeter {
         self.measure_in_rig(source, animation, self.skeleton(target), &self.in_rig(target, moved))
     }
 
-    /// As [`Self::measure`], in the scene of [`Self::skeleton`].
+    /// Like [`Self::measure`], in the scene of [`Self::skeleton`].
     fn measure_in_rig(
         &self,
         source: &Scene,

@@ -104,7 +104,7 @@ fn is_shape(target: &MorphTarget, face: &Face) -> bool {
     }
 }
 
-/// Gives the morph targets of a scene, such as FBX's, the tracks of the expressions that they show.
+/// Gives the tracks of expressions to the morph targets that show these expressions, for example in a scene for FBX.
 fn set_shapes(scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
     let count = scene.animations.len();
     for target in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets) {

@@ -15,12 +15,12 @@ impl Retargeter {
     /// character cannot show.
     ///
     /// # Errors
-    /// As [`Character::with_clips`](mocap_formats::gltf::Character::with_clips).
+    /// The errors of [`Character::with_clips`](mocap_formats::gltf::Character::with_clips).
     pub fn character_file(&self) -> Result<Option<Export>> {
         self.character_files(&GltfOptions::new().buffer(BufferPlace::Embedded), "")
     }
 
-    /// As [`Self::character_file`] for an output of this name, with the clips stored by `options`.
+    /// Like [`Self::character_file`] for an output of this name, with the clips stored by `options`.
     #[doc(hidden)]
     pub fn character_files(&self, options: &GltfOptions, name: &str) -> Result<Option<Export>> {
         let Target::Character(character) = &self.target else {
@@ -32,8 +32,8 @@ impl Retargeter {
         character.clip_files(clips, replace, options, name).map(Some)
     }
 
-    /// The target as a scene in its own unit and axes, with only the new clips. It has further nodes for faces of the
-    /// sources that the target lacks. The scene records the motion of the first clip.
+    /// The target as a scene in its own unit and axes, with only the new clips. It has further nodes for the faces of
+    /// the sources if the target lacks such nodes. The scene records the motion of the first clip.
     pub fn scene(&self) -> Scene {
         let mut scene = self.with_clips(self.animations());
         self.record(&mut scene);
@@ -44,7 +44,7 @@ impl Retargeter {
     /// The scene of [`Self::scene`] in metres with +Y up, for glTF, FBX and VRM animations.
     ///
     /// # Errors
-    /// As [`Conversion::apply`].
+    /// The errors of [`Conversion::apply`].
     pub fn scene_in_metres(&self) -> Result<Scene> {
         let mut scene = self.converted(self.animations(), &Conversion::new())?;
         self.add_faces(&mut scene);

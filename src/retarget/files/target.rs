@@ -40,7 +40,7 @@ impl Target {
     /// `importer` reads it.
     ///
     /// # Errors
-    /// As [`Importer::import_character`] and [`Importer::import`].
+    /// The errors of [`Importer::import_character`] and [`Importer::import`].
     pub fn import(path: impl AsRef<Path>, importer: &Importer) -> Result<Self> {
         let path = path.as_ref();
         match importer.for_characters().import_character(path) {

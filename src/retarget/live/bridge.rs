@@ -130,7 +130,7 @@ impl VmcBridge {
     /// bones, such as blend shapes, pass unchanged.
     ///
     /// # Errors
-    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()), if the scene has no humanoid.
+    /// The errors of [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()), if the scene has no humanoid.
     pub fn onto(character: &Scene) -> Result<Self> {
         let mut target = character.clone();
         target.animations.clear();

@@ -30,7 +30,7 @@ impl VmcMotion {
     /// The first motion of a scene in metres with +Y up.
     ///
     /// # Errors
-    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()), if the scene has no humanoid.
+    /// The errors of [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()), if the scene has no humanoid.
     pub fn new(scene: &Scene) -> Result<Self> {
         let scene = vrm_humanoid(scene, None)?;
         Ok(Self { scene })
@@ -53,8 +53,8 @@ impl VmcMotion {
         self.packets_at(seconds, seconds)
     }
 
-    /// As [`Self::packets`], but the packets state `clock` as their time. So the clock can continue to increase while a
-    /// motion repeats.
+    /// Like [`Self::packets`], but the packets state `clock` as their time. So the clock can continue to increase while
+    /// a motion repeats.
     pub fn packets_at(&self, seconds: f64, clock: f64) -> Vec<Vec<u8>> {
         let mut messages = beginning(clock);
         let animation = self.scene.animations.first();

@@ -2,7 +2,7 @@
 
 use mocap_scene::math::wide;
 
-/// The rows of a panel: four doubles are a vector of AVX2.
+/// The number of rows of a panel: four doubles are a vector of AVX2.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
 

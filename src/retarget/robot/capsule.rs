@@ -168,8 +168,8 @@ pub(super) fn nearest([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> [DVec3; 2] {
         true => (numerator / denominator).clamp(0.0, 1.0),
         false => 0.0,
     };
-    // The point of the first line nearest to the second line, then the point of the second line nearest to this point,
-    // and back.
+    // First the point of the first line nearest to the second line. Then the point of the second line nearest to this
+    // point, and the point of the first line nearest to that point.
     let area = length * other_length - across * across;
     let mut s = match area > 1e-12 * length * other_length {
         true => ((across * other_along - along * other_length) / area).clamp(0.0, 1.0),

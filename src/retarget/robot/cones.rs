@@ -20,7 +20,7 @@ const STEPS: usize = 60;
 /// The gradient norm at which Newton's method stops, relative to the robot's weight: the level of rounding errors.
 const FLAT: f64 = 1e-10;
 
-/// The components of a force and a moment.
+/// The number of components of a force and a moment.
 const SIZE: usize = 6;
 type Wrench = [f64; SIZE];
 

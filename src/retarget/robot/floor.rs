@@ -35,7 +35,7 @@ const HIGHEST: f64 = 0.06;
 /// The standard deviation of the Gaussian that smooths the lowering of a robot, in seconds: shorter than a step.
 const BELL: f64 = 0.1;
 
-/// The reach of the Gaussian, in standard deviations. Only 0.3 % of it are beyond.
+/// The reach of the Gaussian, in standard deviations. Only 0.3 % of the Gaussian is beyond.
 const REACH: f64 = 3.0;
 
 /// The lowering of the robot in each frame: the height of the lower foot in stance above the floor. Between frames in

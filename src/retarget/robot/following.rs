@@ -20,8 +20,8 @@ const DIRECTION: f64 = 1.0;
 /// stance, so that the base moves by micrometres at most.
 const FIXED: f64 = 1e7;
 
-/// The largest raise of an ankle to bring the foot above the floor, in metres. Beyond it, the foot is rotated. Soles of
-/// boxes and balls differ from the source's soles by this distance.
+/// The largest raise of an ankle to bring the foot above the floor, in metres. If more is needed, the foot is rotated.
+/// Soles of boxes and balls differ from the source's soles by this distance.
 const RAISED: f64 = 0.02;
 
 /// The number of halvings of the interval of a foot's rotation: 180 degrees become 0.04.

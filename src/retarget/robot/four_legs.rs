@@ -15,7 +15,8 @@ use crate::animal::SEGMENTS;
 /// one place.
 const APART: f64 = 0.4;
 
-/// The smallest part of a joint's axis that points sideways, as a cosine, if the joint swings the leg or bends it.
+/// The smallest cosine of the angle between the sideways direction and the axis of a joint that swings or bends the
+/// leg.
 const SIDEWAYS: f64 = 0.8;
 
 /// The smallest distance between two joints that bend a leg, as a fraction of the leg.

@@ -162,8 +162,8 @@ impl Measured<'_> {
         frames.collect()
     }
 
-    /// The smooth raise of the robot in each frame. With it, no sole is below the floor, and no link is deeper than
-    /// [`TOUCHING`].
+    /// The smooth raise of the robot in each frame. With this raise, no sole is below the floor, and no link is deeper
+    /// than [`TOUCHING`].
     pub(super) fn raised(&self, collisions: &Collisions) -> Vec<f64> {
         let soles = self.sole_heights().into_iter();
         let links = self.depths(collisions).into_iter();

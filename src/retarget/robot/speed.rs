@@ -19,7 +19,7 @@ pub(super) const WINDOW: f64 = 1.0 / 30.0;
 /// The fraction of [`JUMP`] by which the limb of the source must rotate to explain a jump.
 pub(super) const EXPLAINED: f64 = 0.5;
 
-/// The used fraction of the limit of a jump.
+/// The fraction of [`JUMP`] that a step may use.
 const WITHIN: f64 = 0.9;
 
 /// The velocity limits of all positions, in rad/s or m/s: infinite without a limit.

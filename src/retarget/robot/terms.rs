@@ -6,7 +6,7 @@ use mocap_scene::scene::robot::JointKind;
 
 use super::kinematics::{Kinematics, RobotPose};
 
-/// The unknowns of the base: three of its position and three of its rotation.
+/// The number of unknowns of the base: three of its position and three of its rotation.
 pub(super) const ROOT: usize = 6;
 
 /// The weight of every unknown, in 1/rad^2 and 1/m^2: a billionth of a direction's weight, for directions that no term

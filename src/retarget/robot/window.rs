@@ -60,7 +60,7 @@ const LARGEST: f64 = 0.5;
 /// The fraction of a limit above which a step is limited by a term: 1, less the rounding of a step that was shortened.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// The reach of a Gaussian to either side, in standard deviations. Only 0.3 % of it are beyond.
+/// The reach of a Gaussian to either side, in standard deviations. Only 0.3 % of the Gaussian is beyond.
 const REACH: f64 = 3.0;
 
 /// The weight of the height of a foot that swings too low, as a fraction of the weight of penetrating links.

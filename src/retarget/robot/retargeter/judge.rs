@@ -19,7 +19,7 @@ use super::RobotRetargeter;
 const SAME_RATE: f64 = 1e-3;
 
 impl RobotRetargeter {
-    /// As [`clip`](Self::clip). Also returns the source at the speed of the motion, if this speed is not the source's
+    /// Like [`clip`](Self::clip). Also returns the source at the speed of the motion, if this speed is not the source's
     /// speed.
     pub(crate) fn scaled_clip(
         &mut self,

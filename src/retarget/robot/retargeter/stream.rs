@@ -40,7 +40,7 @@ impl RobotStream {
     /// Prepares to retarget poses of the skeleton of `source` to `robot`. Options for clips have no effect.
     ///
     /// # Errors
-    /// As [`RobotRetargeter::new`].
+    /// The errors of [`RobotRetargeter::new`].
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let retargeter = RobotRetargeter::new(source, robot, options)?;
         Ok(Self {

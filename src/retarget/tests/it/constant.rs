@@ -11,7 +11,7 @@ use crate::still::still_joints;
 
 const WALK: &str = "cmu_12_01_walk.bvh";
 
-/// Frames of a motion of constant speed.
+/// The number of frames of a motion of constant speed.
 const FRAMES: usize = 30;
 
 fn on(source: Scene, target: Scene) -> Scene {
