@@ -2,9 +2,9 @@
 //! tolerance, and the resulting keys.
 //!
 //! A rotation about the lever arm to a child hardly moves the child. So some lattice points around a target, its
-//! [`candidates`](super::candidates), cause a far smaller error than the nearest lattice point. With them, a component
-//! needs about one bit less than with rounding to the nearest point. Variable bit rates come from the Animation
-//! Compression Library: N. Frechette, "Animation Compression: Advanced Quantization",
+//! [`candidates`](super::candidates), cause a far smaller error than the nearest lattice point. With the candidates, a
+//! component needs about one bit less than with rounding to the nearest point. Variable bit rates come from the
+//! Animation Compression Library: N. Frechette, "Animation Compression: Advanced Quantization",
 //! <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
 
 use mocap_scene::math::soa::single::LANES;

@@ -14,15 +14,15 @@ pub const CORNERS: usize = 8;
 // The approximate bits of a difference in a stream. `src/formats/gltf/stream_size.rs` counts them exactly. Tuned on the
 // fixtures.
 
-/// Bits of the low byte of a difference. It is above 0 even for a zero difference, because other differences of its
-/// group often need bits.
+/// Bits of the low byte of a difference. The number is above 0 even for a zero difference, because other differences of
+/// its group often need bits.
 const LOW_BYTE: f32 = 0.8;
 
 /// Pairs of a difference, and the additional bits above this difference. In the stream, differences from 1 to 2
 /// take 2 bits, differences from 2 to 8 take 4 bits, and larger differences take 8 bits.
 const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
 
-/// Bits of the high byte. It hardly ever changes, but a change costs bits for the whole group.
+/// Bits of the high byte. The high byte hardly ever changes, but a change costs bits for the whole group.
 const HIGH_BYTE: f32 = 7.0;
 
 /// One stored component of eight rotations.

@@ -59,7 +59,7 @@ const KEPT_HEIGHTS: std::ops::Range<f64> = -0.06..0.3;
 pub(super) const LEAST_SLOPE: f64 = 1.0;
 /// The largest slope that is removed, in degrees. A steeper floor is a hill.
 const LARGEST_SLOPE: f64 = 12.0;
-/// A slope is trusted if this many times as many points are near the sloped plane as near a level plane, as a ratio.
+/// The smallest ratio of points near the sloped plane to points near a level plane at which a slope is trusted.
 const EXPLAINS: f64 = 1.1;
 /// The distance at which a point is near a plane, in metres: twice `OF_FOOT`.
 const NEAR: f64 = 0.02;

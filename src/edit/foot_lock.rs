@@ -16,7 +16,7 @@ step! {
     /// [`FootLockOptions`](crate::FootLockOptions) has further options.
     ///
     /// # Errors
-    /// As [`foot_lock`](crate::foot_lock()).
+    /// The errors of [`foot_lock`](crate::foot_lock()).
     FootLock {
         /// Seconds before a contact during which the correction of the foot fades in, and after a contact during which
         /// it fades out. Default: 0.2.

@@ -52,7 +52,7 @@ impl Frames<'static> {
 }
 
 impl<'a> Frames<'a> {
-    /// As [`new`](Self::new), but a track shares the keys of the scene until it changes.
+    /// Like [`new`](Self::new), but a track shares the keys of the scene until it changes.
     pub(super) fn reading(scene: &'a Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
         let Some(clip) = scene.animations.get(animation) else {
             let message = format!(

@@ -165,7 +165,7 @@ impl EditStep {
     /// and the options as further keys, or a string with the step as text.
     ///
     /// # Errors
-    /// As [`list_from_json`](Self::list_from_json).
+    /// The errors of [`list_from_json`](Self::list_from_json).
     #[doc(hidden)]
     pub fn from_value(value: &Value) -> Result<Self> {
         match value {

@@ -84,8 +84,8 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     })
 }
 
-/// The pairs, with the pair (0, 0) for the start of the motion before them if it is missing. Without it, a first pair
-/// such as (0.3, 0.6) would need a motion before the start.
+/// The pairs, with the pair (0, 0) for the start of the motion before them if it is missing. Without this pair, a first
+/// pair such as (0.3, 0.6) would need a motion before the start.
 fn anchored(moments: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let start = moments.first().filter(|(from, to)| *from > 0.0 && *to > 0.0);
     let start = start.map(|_| (0.0, 0.0));

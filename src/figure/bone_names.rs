@@ -82,7 +82,7 @@ const NAMES: [(Bone, [&str; 3]); 31] = [
     (Bone::LeftLittleDistal, ["*HandPinky3", "pinky_03_*", ""]),
 ];
 
-/// The joints of SOMA's full set.
+/// The number of joints of SOMA's full set.
 const SOMA_JOINTS: usize = 77;
 
 fn capitalized(name: &str) -> String {

@@ -43,9 +43,10 @@ const UPRIGHT: f32 = 0.65;
 /// The number of frames of an animation whose hips are examined.
 const LOOKS: usize = 100;
 
-/// Distances of the soles from height 0, as fractions of the leg. Up to the first, the soles stand on a floor at 0.
-/// Beyond the second, they do not. In clips of fifteen makers with a floor at 0, the lowest joints of the feet rest at
-/// -0.065 to 0.065 of the leg. These joints are centres of joints, or markers on shoes.
+/// Distances of the soles from height 0, as fractions of the leg. Up to the first distance, the soles stand on a floor
+/// at 0. Beyond the second distance, the soles do not stand on a floor at 0. In clips of fifteen makers with a floor at
+/// 0, the lowest joints of the feet rest at -0.065 to 0.065 of the leg. These joints are centres of joints, or markers
+/// on shoes.
 const ON_ZERO: [f32; 2] = [0.07, 0.17];
 
 /// The height of an ankle over the sole as a fraction of the leg (Winter, "Biomechanics and motor control", 2009).

@@ -53,7 +53,7 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
     vrm_humanoid_shown(scene, None, known)
 }
 
-/// As [`vrm_humanoid`], but the T-pose is inferred from `other`, a scene with further frames of the motion. If a step
+/// Like [`vrm_humanoid`], but the T-pose is inferred from `other`, a scene with further frames of the motion. If a step
 /// changed the skeleton, `other` has no effect.
 pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {

@@ -126,8 +126,8 @@ fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Opt
     let up = match (above.filter(is_far), set.joints[joint].parent) {
         (_, None) if !points.pelvis_up.is_empty() => Up::Pelvis,
         (Some(above), _) => Up::Line(joint, above),
-        // If the midpoint of the shoulders is far from the joint, the line to the midpoint points up. Nearer, its
-        // direction is noise, so the line from the parent counts.
+        // If the midpoint of the shoulders is far from the joint, the line to the midpoint points up. If the midpoint
+        // is nearer, the direction of this line is noise, and the line from the parent counts.
         (None, Some(_)) if to_middle > FAR => Up::ToMiddle,
         (None, Some(parent)) => Up::Line(parent, joint),
         // Hips that are higher than the leg joints show the up direction, however the spine bends.

@@ -107,11 +107,11 @@ impl Hypotheses {
     }
 }
 
-/// Windows that are processed together, so that a long motion needs little memory.
+/// The number of windows that are processed together, so that a long motion needs little memory.
 const BLOCK: usize = 1000 * STRIDE;
 
-/// Additional windows on either side of a block. They give the usual residual and show which window has the most
-/// evidence.
+/// The number of additional windows on either side of a block. They give the usual residual and show which window has
+/// the most evidence.
 const MARGIN: usize = STRIDE * (AROUND + SIDE.div_ceil(STRIDE));
 
 /// The evidence of gaps in the frames of a motion.

@@ -89,7 +89,8 @@ impl CleanMeasures {
 }
 
 /// Whether the movement that a part of the cleaning removed from `before` is only noise. Of noise, one step in 10,000
-/// is longer than three times the median step. If the part cut peaks of the motion, more steps are so long.
+/// is longer than three times the median step. If the part cut peaks of the motion, more than one step in 10,000 is
+/// longer.
 pub(super) fn is_noise(work: &Work<'_>, before: &Frames) -> bool {
     // A step is long if it is longer than this multiple of the median step. Noise hardly ever makes such steps.
     const LONG: f32 = 3.0;

@@ -19,7 +19,7 @@ use crate::work::Work;
 /// one of 6.
 const LONGEST_PATTERN: usize = 10;
 
-/// The least number of times that a pattern must repeat. Fewer can be chance.
+/// The least number of times that a pattern must repeat. Fewer repetitions can be chance.
 const REPEATS: usize = 8;
 /// The fraction of the frames in which a pattern must hold.
 const HOLDS: f64 = 0.95;

@@ -7,7 +7,7 @@ use super::leg::LegTrack;
 use super::shift;
 
 /// The smallest distance of a knee from the line between hip and ankle that counts, as a fraction of the thigh. With
-/// it, [`LegTrack::bend_rate`] is finite for a straight leg.
+/// this limit, [`LegTrack::bend_rate`] is finite for a straight leg.
 const STRAIGHT: f32 = 0.01;
 
 /// If the ankle is nearer to the hip joint than this fraction of the leg, the direction to the ankle is only rounding.

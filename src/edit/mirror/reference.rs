@@ -161,8 +161,8 @@ pub(super) fn symmetric(
                 continue;
             }
             let mut turn = DQuat::from_rotation_arc(start * other, along) * start;
-            // The hinge axis of a bone determines its roll. For a bone without a hinge axis, a child beside the bone
-            // determines it, such as a finger.
+            // The hinge axis of a bone determines its roll. For a bone without a hinge axis, a child beside the bone,
+            // such as a finger, determines the roll.
             let beside = |pairs: &&[DVec3; 2]| {
                 let off = |along: &DVec3, offset: DVec3| {
                     offset.reject_from_normalized(*along).length() > BENT * offset.length()

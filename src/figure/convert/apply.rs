@@ -52,7 +52,7 @@ impl Conversion {
     /// ```
     ///
     /// # Errors
-    /// As [`apply`](Self::apply). [`bones`](Self::bones) has no effect here, but is recorded.
+    /// The errors of [`apply`](Self::apply). [`bones`](Self::bones) has no effect here, but is recorded.
     pub fn apply_to(&self, scene: &mut Scene, figure: &Figure) -> Result<(Figure, Vec<Assumption>)> {
         let (guesses, inserted) = self.convert(scene, figure)?;
         scene.metadata.keeps_unknown_unit = self.keep_units;
@@ -60,7 +60,7 @@ impl Conversion {
         Ok((Figure::with_bones(scene, humanoid), guesses))
     }
 
-    /// As [`apply_to`](Self::apply_to), but returns the guesses, and the node that root motion has inserted.
+    /// Like [`apply_to`](Self::apply_to), but returns the guesses, and the node that root motion has inserted.
     #[doc(hidden)]
     pub fn convert(&self, scene: &mut Scene, figure: &Figure) -> Result<(Vec<Assumption>, Option<NodeId>)> {
         self.check()?;
@@ -151,7 +151,7 @@ impl Conversion {
     /// Create a `PoseRetargeter` before this call, because it finds the T-pose from the rest pose in this frame.
     ///
     /// # Errors
-    /// As [`apply`](Self::apply).
+    /// The errors of [`apply`](Self::apply).
     pub fn leave_out_rest_pose(scene: &mut Scene, figure: &Figure) -> Result<bool> {
         let steps = scene.metadata.steps.len();
         let conversion = Self::new().first_frame(FirstFrame::DropRestPose).keep_units(true);

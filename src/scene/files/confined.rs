@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use crate::error::{Error, Result};
 
-/// The folder for all files; every folder is allowed if this is not set.
+/// The folder for all files; every folder is allowed if none is set.
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
 /// From now on this process imports and writes no file outside of `folder`. This includes the files to which a file

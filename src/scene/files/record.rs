@@ -1,5 +1,5 @@
-//! The record of outputs, which outlives the process. With it a command recognises the outputs of earlier commands.
-//! Without a call of [`record_outputs`] there is no record.
+//! The record of outputs, which outlives the process. With the record, a command recognises the outputs of earlier
+//! commands. Without a call of [`record_outputs`] there is no record.
 
 pub(crate) mod user;
 

@@ -4,7 +4,7 @@
 /// FreeBSD's `cbrt`).
 const THIRD: u64 = 715_094_163 << 32;
 
-/// Iterations of Newton's method, each of which doubles the digits.
+/// The number of iterations of Newton's method, each of which doubles the digits.
 const STEPS: usize = 5;
 
 /// The cube root of a finite number above 0. The cube root of the standard library differs in its last bit in

@@ -7,8 +7,8 @@ use super::cholesky::dot;
 const LEAST: f64 = 1e-12;
 
 /// Up to `count` eigenvectors of a symmetric matrix, largest eigenvalue first, by power iteration of `rounds` rounds
-/// each. They are orthonormal to the last bits, even after few rounds. Fewer are returned if the matrix has a lower
-/// rank.
+/// each. They are orthonormal to the last bits, even after few rounds. Fewer eigenvectors are returned if the matrix
+/// has a lower rank.
 pub fn axes(matrix: &[f64], size: usize, count: usize, rounds: usize) -> Vec<Vec<f64>> {
     let mut axes: Vec<Vec<f64>> = Vec::new();
     let mut first = 0.0;

@@ -13,8 +13,8 @@ const SHARE_OF_SIZE: f32 = 0.05;
 /// The smallest movement of a node in a cut, as a multiple of its usual movement per frame around that time.
 const TIMES_THE_USUAL: f32 = 5.0;
 
-/// Frames on each side that define the usual movement. One frame is not enough: a marker that slips for one frame jumps
-/// away and back, and both jumps would count as usual.
+/// The number of frames on each side that define the usual movement. One frame is not enough: a marker that slips for
+/// one frame jumps away and back, and both jumps would count as usual.
 const NEIGHBOURS: usize = 4;
 
 /// The rotation in radians below which a joint is in its rest pose: 2 degrees. Compression within a millimetre rotates

@@ -6,14 +6,15 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::take::Take;
 
-/// The forward offset of the hip centre from the midpoint of the front spines: a factor of the pelvis depth, and metres
-/// (Harrington et al., J. Biomech. 40, 2007, table 3).
+/// The forward offset of the hip centre from the midpoint of the front spines: a factor of the pelvis depth, plus a
+/// length in metres (Harrington et al., J. Biomech. 40, 2007, table 3).
 const HIP_FORWARD: (f64, f64) = (-0.24, -0.0099);
 
-/// The upward offset from the same source: a factor of the distance between the front spines, and metres.
+/// The upward offset from the same source: a factor of the distance between the front spines, plus a length in metres.
 const HIP_UP: (f64, f64) = (-0.30, -0.0109);
 
-/// The sideways offset from the same source: a factor of the distance between the front spines, and metres.
+/// The sideways offset from the same source: a factor of the distance between the front spines, plus a length in
+/// metres.
 const HIP_SIDE: (f64, f64) = (0.33, 0.0073);
 
 /// The pelvis depth as a factor of the distance between the front spines, for a single marker on the sacrum.

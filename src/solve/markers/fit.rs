@@ -20,7 +20,7 @@ pub(super) const SMALLEST_STEP: f64 = 5e-4;
 /// The prior weight of every unknown, per squared radian or metre, so that the equations have a solution.
 const LEAST_INFORMATION: f64 = 1e-3;
 
-/// The largest rotation in an iteration, in radians. Beyond it the linearization does not hold.
+/// The largest rotation in an iteration, in radians. For a larger rotation, the linearization does not hold.
 const LARGEST_STEP: f64 = 0.5;
 
 /// The expected pose of joints in a frame, from other frames: the joint, its rotation relative to its parent, and the

@@ -16,14 +16,14 @@ use crate::set::JointSet;
 /// The marker diameter in metres, if the file states none: the markers that Vicon delivers with Plug-in Gait.
 const DIAMETER: f64 = 0.014;
 
-/// The distance C in the hip centre by Davis et al., as a factor of the leg length, and metres.
+/// The distance C in the hip centre by Davis et al.: a factor of the leg length, plus a length in metres.
 const HIP: (f64, f64) = (0.115, -0.0153);
 
 /// The angles in radians of C in the frontal and in the sagittal plane (Davis et al.).
 const HIP_ANGLES: (f64, f64) = (0.5, 0.314);
 
-/// The distance from front spine to trochanter as a factor of the leg length, and metres, if the file states none
-/// (Davis et al.).
+/// The distance from front spine to trochanter if the file states none: a factor of the leg length, plus a length in
+/// metres (Davis et al.).
 const TROCHANTER: (f64, f64) = (0.1288, -0.04856);
 
 /// The largest offset angle of a wand, in radians, that counts as none. The signs of offset angles are not documented,

@@ -21,7 +21,8 @@ const KEEPS: f64 = 0.03;
 /// The deviation of a distance in metres above which it is wrong: twice as far as the skin of one bone slides.
 const WRONG: f64 = 0.04;
 
-/// The factor by which a wrong distance exceeds its usual deviation. Normal noise exceeds it once in a billion.
+/// The smallest ratio of the deviation of a wrong distance to the usual deviation. Normal noise exceeds this ratio once
+/// in a billion.
 const TIMES: f64 = 6.0;
 
 /// The mean deviation of distances in metres above which the left and the right marker of a name may be exchanged. In a

@@ -1,4 +1,5 @@
-//! Tracks the pose through every frame, each from the one before. Finds swapped markers and ghost markers.
+//! Tracks the pose through every frame. Each fit starts from the pose of the frame before. Finds swapped markers and
+//! ghost markers.
 
 use glam::{DQuat, DVec3};
 

@@ -38,7 +38,8 @@ const BY_TREE: f32 = 0.75;
 /// The smallest length of a path that counts, as a fraction of the length of the legs. A shorter path is sway.
 const TRAVELLED: f32 = 1.0;
 
-/// The smallest distance of toes in front of their paws, as a fraction of the length of the legs. Less is rounding.
+/// The smallest distance of toes in front of their paws, as a fraction of the length of the legs. A smaller distance is
+/// rounding.
 const TOES_AHEAD: f32 = 0.03;
 
 /// The positions of all nodes in the poses in which four legs stand.
