@@ -75,12 +75,14 @@ impl fmt::Display for FootLockReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}; the feet slid {} during contacts, now {}; feet shifted by {} at most, hips lowered by {} at most",
+            "{}; the feet slid {} during contacts, now {}; feet shifted by {} at most, hips lowered by {} \
+             and raised by {} at most",
             counted(self.contacts, "contact"),
             centimetres(self.slide_before),
             centimetres(self.slide_after),
             centimetres(self.largest_shift),
             centimetres(self.hips_lowered),
+            centimetres(self.hips_raised),
         )?;
         write!(
             f,

@@ -167,7 +167,9 @@ fn changes(feet: &[Hold], carried: &[Vec3]) -> [Vec<f32>; 3] {
 }
 
 /// Returns the smoothed shifts of the hips with the smallest sum of squares. The sum has the shift of the hips, and the
-/// sideways displacements of the knees whose feet are on the ground. Also completes the shifts of the feet.
+/// sideways displacements of the knees whose feet are on the ground. The hips move over the ground at most as far as a
+/// foot does. Without this limit, feet that are raised by unlike heights would move the hips far to one side, because
+/// legs are nearly parallel. Also completes the shifts of the feet.
 fn balanced(feet: &mut [Hold], held: &[Vec<Option<Vec3>>], lifted: &[Vec<f32>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let frames = lifted.first().map_or(0, Vec::len);
     let still = vec![Vec3::ZERO; frames];
@@ -183,14 +185,19 @@ fn balanced(feet: &mut [Hold], held: &[Vec<Option<Vec3>>], lifted: &[Vec<f32>], 
         importance.push(shift::envelope(&counts, (blend / 2).max(1)));
     }
     let of_frame = |frame: usize| {
-        let (mut matrix, mut right) = (Mat3::IDENTITY, Vec3::ZERO);
+        let (mut matrix, mut right, mut farthest) = (Mat3::IDENTITY, Vec3::ZERO, 0.0_f32);
         for (foot, importance) in feet.iter().zip(&importance) {
             let direction = (foot.leg.ankle[frame] - foot.leg.thigh[frame]).normalize_or_zero();
             let column = direction * importance[frame] * foot.leg.bend_rate(frame).powi(2);
             matrix += Mat3::from_cols(column * direction.x, column * direction.y, column * direction.z);
-            right += column * direction.dot(foot.leg.shifts[frame]);
+            let shift = foot.leg.shifts[frame];
+            right += column * direction.dot(shift);
+            farthest = farthest.max(shift.reject_from_normalized(up).length());
         }
-        matrix.inverse() * right
+        let over_ground = (matrix.inverse() * right).reject_from_normalized(up);
+        let over_ground = over_ground.clamp_length_max(farthest);
+        // The best height for this movement over the ground.
+        over_ground + up * (right - matrix * over_ground).dot(up) / (matrix * up).dot(up)
     };
     let hips: Vec<Vec3> = (0..frames).map(of_frame).collect();
     let hips = shift::smooth(&hips, quarter(blend));

@@ -1,7 +1,7 @@
 //! Tests of contacts and the foot lock.
 
 use mocap::edit::{ContactOptions, FootLockOptions, foot_lock};
-use mocap::figure::HumanoidBone;
+use mocap::figure::{Figure, HumanoidBone};
 
 use mocap::scene::UpAxis;
 
@@ -130,6 +130,29 @@ fn no_joint_is_jerked() {
                 );
             }
         }
+    }
+}
+
+/// In the first clip, both feet are below the floor by unlike heights, because its recording rises by 20 cm.
+#[test]
+fn hips_move_over_the_ground_no_farther_than_feet() {
+    for file in ["hip_knee_ankle_names.bvh", "rokoko_dance.bvh", "kinect_openni.bvh"] {
+        let mut scene = import(file);
+        let before = positions(&scene);
+        let found = ContactOptions::default().detect(&scene, 0, None).unwrap();
+        let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
+        let after = positions(&scene);
+        let feet = found.points.iter().map(|point| point.node.index());
+        let hips = Figure::new(&scene).humanoid.joint(HumanoidBone::Hips).unwrap().index();
+        let over_ground = |node: usize| {
+            let shifts = before
+                .iter()
+                .zip(&after)
+                .map(|(a, b)| (b[node] - a[node]).reject_from(Vec3::Y));
+            shifts.map(Vec3::length).fold(0.0, f32::max)
+        };
+        let (hips, feet) = (over_ground(hips), feet.map(over_ground).fold(0.0, f32::max));
+        assert!(hips <= feet + 1e-3, "{file}: hips {hips}, feet {feet}, {report:?}");
     }
 }
 
