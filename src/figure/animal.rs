@@ -67,9 +67,14 @@ impl AnimalFrame {
         self.rotation.inverse() * (self.paws[index] - self.hips[index])
     }
 
-    /// The vector of the upper bone of a leg, in the axes of the trunk.
-    pub fn thigh(&self, index: usize) -> DVec3 {
-        self.rotation.inverse() * (self.knees[index] - self.hips[index])
+    /// The vectors of the bones of a leg from the hip to the paw, in the axes of the trunk.
+    pub fn segments(&self, index: usize) -> Vec<DVec3> {
+        let ends = [Some(self.knees[index]), self.ankles[index], Some(self.paws[index])];
+        let joints: Vec<DVec3> = std::iter::once(self.hips[index])
+            .chain(ends.into_iter().flatten())
+            .collect();
+        let inverse = self.rotation.inverse();
+        joints.windows(2).map(|pair| inverse * (pair[1] - pair[0])).collect()
     }
 }
 

@@ -128,6 +128,19 @@ pub(super) struct AnimalLeg {
     pub(super) carriers: Vec<(usize, DQuat)>,
 }
 
+impl AnimalLeg {
+    /// The knee, the ankle and the paw if the paw is elsewhere: each joint is shifted in proportion to its distance
+    /// from the hip along the leg, so that no segment rotates much.
+    pub(super) fn ending_at(&self, joints: [DVec3; 3], paw: DVec3) -> [DVec3; 3] {
+        let shift = (paw - joints[2]) / self.lengths.iter().sum::<f64>();
+        let mut along = 0.0;
+        std::array::from_fn(|part| {
+            along += self.lengths[part];
+            joints[part] + along * shift
+        })
+    }
+}
+
 /// The four legs of a robot: the left and the right front leg, the left and the right hind leg.
 #[derive(Clone, Debug)]
 pub(super) struct RobotLegs {

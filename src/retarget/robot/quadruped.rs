@@ -36,16 +36,24 @@ const BASE: f64 = 3.0;
 /// The weight of a foot's position, in 1/m^2. At the end of a leg, it outweighs the base.
 const FOOT: f64 = 300.0;
 
-/// The weight of the position of a knee or an ankle, in 1/m^2: a tenth of a foot's weight.
-const JOINT: f64 = 30.0;
+/// The weight of the position of a knee, an ankle or a paw, in 1/m^2: a third of a foot's weight.
+const JOINT: f64 = 100.0;
 
 /// The weight of the rotation of a part that carries a leg, in 1/rad^2. It keeps the spine and the girdles near their
 /// rest rotation.
-const CARRIER: f64 = 30.0;
+const CARRIER: f64 = 1.0;
 
 /// The weight of the change of a joint from the previous frame, in 1/rad^2. It decides only what the feet leave
 /// undetermined.
 const HOLD: f64 = 1e-3;
+
+/// The weight of the base of a robot whose legs have the joints of an animal, in 1/rad^2 and 1/m^2. Otherwise its long
+/// spine would bend instead of its legs.
+const ANIMAL_BASE: f64 = 100.0;
+
+/// The weight of the change of a joint of such a robot, in 1/rad^2. With many joints in its spine, a smaller weight lets
+/// the solution jump between frames.
+const ANIMAL_HOLD: f64 = 1.0;
 
 /// The standard deviation of the Gaussian that smooths the base, in seconds. Captures are noisy, and the base is heavy.
 const SMOOTH_BASE: f64 = 0.04;
@@ -85,8 +93,9 @@ pub(crate) struct QuadrupedRetargeter {
 struct Wanted {
     base: Placement,
     feet: [DVec3; 4],
-    /// The knee and the ankle of each leg with the joints of an animal.
-    joints: [Option<[DVec3; 2]>; 4],
+    /// The knee, the ankle and the paw of each leg with the joints of an animal, if each segment has the direction of
+    /// the animal's segment.
+    joints: [Option<[DVec3; 3]>; 4],
 }
 
 impl QuadrupedRetargeter {
@@ -251,8 +260,9 @@ impl QuadrupedRetargeter {
                         Some((leg, [thigh, shin, foot])) => {
                             let knee = leg.lengths[0] * thigh;
                             let ankle = knee + leg.lengths[1] * shin;
-                            joints[index] = Some([hip + knee, hip + ankle]);
-                            ankle + leg.lengths[2] * foot + rotation * leg.sole
+                            let paw = ankle + leg.lengths[2] * foot;
+                            joints[index] = Some([knee, ankle, paw].map(|joint| hip + joint));
+                            paw + rotation * leg.sole
                         }
                         None => along * (frame.paws[index] - frame.hips[index]),
                     };
@@ -292,11 +302,15 @@ impl QuadrupedRetargeter {
 
     fn solve(&self, wanted: &[Wanted], motion: &mut RobotMotion) {
         let legs = &self.legs.legs;
+        let (base, hold) = match legs.iter().any(|leg| leg.of_animal.is_some()) {
+            true => (ANIMAL_BASE, ANIMAL_HOLD),
+            false => (BASE, HOLD),
+        };
         let mut goals = Goals {
             rotations: vec![RotationGoal {
                 body: 0,
                 weight_axes: DQuat::IDENTITY,
-                weights: DVec3::splat(BASE),
+                weights: DVec3::splat(base),
                 target: DQuat::IDENTITY,
             }],
             reaches: Vec::new(),
@@ -309,7 +323,7 @@ impl QuadrupedRetargeter {
             target: DVec3::ZERO,
         };
         let hips = 0.25 * legs.iter().map(|leg| leg.hip).sum::<DVec3>();
-        goals.reaches.push(reach(0, hips, BASE));
+        goals.reaches.push(reach(0, hips, base));
         goals
             .reaches
             .extend(legs.iter().map(|leg| reach(leg.body(), leg.foot, FOOT)));
@@ -333,12 +347,12 @@ impl QuadrupedRetargeter {
                 .of_animal
                 .iter()
                 .filter(|_| joints.is_some())
-                .flat_map(|leg| &leg.parts[1..3]);
+                .flat_map(|leg| &leg.parts[1..4]);
             goals
                 .reaches
                 .extend(parts.map(|(body, point)| reach(*body, *point, JOINT)));
         }
-        let mut solver = Solver::new(Terms::new(&self.kinematics, &goals), HOLD);
+        let mut solver = Solver::new(Terms::new(&self.kinematics, &goals), hold);
         let mut pose = self.kinematics.rest();
         // For each foot: the depth of the sole's lowest point below the goal of the sole's middle, less this depth at a
         // straight leg.
@@ -352,9 +366,14 @@ impl QuadrupedRetargeter {
             for (goal, rotation) in goals.rotations[1..].iter_mut().zip(&carriers) {
                 goal.target = wanted.base.rotation * *rotation;
             }
-            let joints = wanted.joints.iter().flatten().flatten();
-            for (reach, joint) in goals.reaches[5..].iter_mut().zip(joints) {
-                reach.target = *joint;
+            let joints = legs.iter().zip(&wanted.joints).zip(&wanted.feet);
+            let joints = joints.filter_map(|((leg, joints), foot)| {
+                let (leg, joints) = (leg.of_animal.as_ref()?, (*joints)?);
+                let paw = *foot - wanted.base.rotation * leg.sole;
+                Some(leg.ending_at(joints, paw))
+            });
+            for (reach, joint) in goals.reaches[5..].iter_mut().zip(joints.flatten()) {
+                reach.target = joint;
             }
             if frame == 0 {
                 pose.root = wanted.base;

@@ -1,7 +1,7 @@
 //! The report of a motion on a robot with four legs.
 
 use glam::DVec3;
-use mocap_figure::animal::{AnimalFrame, AnimalTrack};
+use mocap_figure::animal::AnimalTrack;
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::HumanoidBone as Bone;
 
@@ -97,12 +97,12 @@ impl QuadrupedRetargeter {
             let (from, to) = (&track.frames[frame], &track.frames[frame + window]);
             let turned = rotation_vector(to.rotation * from.rotation.inverse()).length();
             self.legs.legs.iter().enumerate().any(|(index, leg)| {
-                let shin = |frame: &AnimalFrame| frame.leg(index) - frame.thigh(index);
-                let parts = [
-                    from.thigh(index).angle_between(to.thigh(index)),
-                    shin(from).angle_between(shin(to)),
-                ];
-                let source = parts.iter().copied().fold(turned, f64::max);
+                let (before, after) = (from.segments(index), to.segments(index));
+                let parts = before
+                    .iter()
+                    .zip(after)
+                    .map(|(before, after)| before.angle_between(after));
+                let source = parts.fold(turned, f64::max);
                 leg.bodies.iter().any(|body| {
                     let moved = (motion.dof_of(frame + window)[body - 1] - motion.dof_of(frame)[body - 1]).abs();
                     moved > JUMP && source < EXPLAINED * moved
