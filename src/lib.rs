@@ -2,7 +2,8 @@
 //! changes the motion, and retargets it to other characters and robots. It writes the motion for other programs, and
 //! verifies the files.
 //!
-//! Convert a file in one line. Lengths become metres with +Y up. BVH states neither, so both are inferred:
+//! Convert a file in one line. Lengths become metres with +Y up. BVH states neither its unit nor its up axis, so mocap
+//! infers both:
 //!
 //! ```
 //! # let to = std::env::temp_dir().join("mocap_front.glb");
@@ -90,7 +91,7 @@
 //! | `mmd` | VMD and PMX of MikuMikuDance |
 //! | `urdf`, `mjcf` | robots |
 //! | `arrays` | files of NumPy, PyTorch, pickle, CSV and OpenSim |
-//! | `all-formats` | all of these but `fbx` |
+//! | `all-formats` | the format features above, without `fbx` |
 //! | `npz` | `arrays`, and NumPy's archives |
 //! | `meshopt` | glTF that meshopt compresses; needs a C++ compiler |
 //! | `edit` | steps that change a motion; motion graphs |

@@ -46,7 +46,7 @@ fn allocations_of(work: impl FnOnce()) -> usize {
     ALLOCATIONS.get() - before
 }
 
-/// A chain of 30 joints that all rotate. Half of them have a tick for each key.
+/// A chain of 30 joints that all rotate. Half of them store the tick of each key; the others have a key at every tick.
 fn chain() -> Scene {
     let mut scene = Scene::default();
     let mut animation = Animation {

@@ -1,10 +1,10 @@
 //! `mocap mcp`: a server of the Model Context Protocol over standard input and output, for agents.
 //!
-//! Each tool runs a command. The tool has the options of the command line ([`schema`]), and calls the functions
-//! of the command ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds their
-//! length, and [`reports`] keeps the reports of a session. The server itself answers requests that need no files, at
-//! once. Each call of a tool runs in a separate process ([`work`]), which the server can end at any time. [`calls`] has
-//! the waiting and running calls.
+//! Each tool runs a command. The tool has the options of the command line ([`schema`]), and calls the functions of the
+//! command ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds their length, and
+//! [`reports`] keeps the reports of a session. The server itself immediately answers requests that need no files. Each
+//! call of a tool runs in a separate process ([`work`]), which the server can end at any time. [`calls`] has the
+//! waiting and running calls.
 
 #[doc(hidden)]
 pub(crate) mod about;

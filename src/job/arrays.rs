@@ -11,10 +11,10 @@
 //! | [`Arrays::velocities`] | frames x joints x 3 | velocities of the positions, in units per second |
 //! | [`Arrays::contacts`] | frames x joints | whether a foot is in contact with the ground |
 //!
-//! Each array is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. While the
-//! importer reads a file, it replaces NaN and infinity by the last finite value. It uses a root's OFFSET as
-//! [`Importer::root_offset`](mocap_io::Importer::root_offset) says. The scene's warnings and the provenance record both
-//! changes.
+//! Each array is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. The
+//! importer replaces NaN and infinity by the last finite value, and applies the root's OFFSET by
+//! [`Importer::root_offset`](mocap_io::Importer::root_offset). The scene's warnings and the provenance record both
+//! operations.
 
 #[cfg(feature = "npz")]
 mod body;

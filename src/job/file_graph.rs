@@ -48,8 +48,8 @@ const ON_DISK: Files<'static> = Files {
 };
 
 impl FileGraph {
-    /// Compares the motions of files. Without [`GraphJobOptions::on`], all files have one skeleton. With it, they have
-    /// humanoids.
+    /// Compares the motions of files. Without [`GraphJobOptions::on`], all files must have one skeleton. With `on`, all
+    /// files must have humanoids.
     ///
     /// # Errors
     /// As [`Importer::import`], with the file; [`Code::InvalidValue`] if the skeletons differ, or if the clips give no

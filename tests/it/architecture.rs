@@ -61,7 +61,7 @@ fn packages_import_lower_lines_and_have_every_profile() {
                 found.insert(format!("{table} lacks mocap-{own}"));
             }
         }
-        // A line states what to change in the package, and what never to do.
+        // One line of the README states what to change in the package, and what never to do.
         let readme = fs::read_to_string(format!("src/{own}/README.md")).unwrap();
         let rule = readme.lines().find(|line| line.contains("; never ")).expect(own);
         let has = |part: &str| manifest.contains(part);

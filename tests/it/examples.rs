@@ -107,7 +107,7 @@ fn a_chain_reaches_a_goal() {
 
 #[test]
 fn two_bones_reach_a_goal() {
-    // Two bones of length 1. A goal at the diagonal of a square needs a right angle.
+    // Two bones of length 1. If the goal is the opposite corner of a unit square, the bones form a right angle.
     let text = output(|out| two_bone::run(&mut "0 0 0  1 0 0  1 1 0  -1 1 0\n".as_bytes(), out));
     let numbers: Vec<f32> = text.split_whitespace().map(|number| number.parse().unwrap()).collect();
     let near = |a: &[f32], b: [f32; 3]| std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-6);

@@ -1,8 +1,8 @@
 //! Forward kinematics of a BVH file, in double precision, directly from its text.
 //!
 //! The tests compare the library with this module, which shares no code with the library. The module reads lines, and
-//! the library reads tokens. It has 3x3 matrices instead of quaternions, and no single precision. It reads plain files,
-//! not every dialect: a fixture in a dialect is compared with plain text of the same meaning.
+//! the library reads tokens. The module has 3x3 matrices instead of quaternions, and no single precision. It reads
+//! plain files, not every dialect: a fixture in a dialect is compared with plain text of the same meaning.
 //!
 //! The position of a joint is `parent_position + parent_rotation * local`. `local` is the joint's OFFSET, with the
 //! value of each position channel in place of the OFFSET's component. The rotation of a joint is `parent_rotation * R1

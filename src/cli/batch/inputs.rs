@@ -56,7 +56,8 @@ impl Input {
         }
     }
 
-    /// A file that the caller names. A pipe among many files is an input that fails: it would be read twice, or block.
+    /// A file that the caller names. A pipe among many files is an input that fails: a pipe cannot be read twice, and
+    /// may block the program.
     fn named(path: &Path) -> Self {
         let input = Self::new(path.to_owned(), path.parent().unwrap_or(Path::new("")));
         let is_stream = path.metadata().is_ok_and(|metadata| !metadata.is_file());
@@ -154,7 +155,7 @@ fn text_of(name: &OsStr) -> String {
     text
 }
 
-/// The most inputs of one call. More would fill the memory before the first is read.
+/// The most inputs of one call. More inputs would fill the memory before the first input is read.
 const MOST_INPUTS: usize = 1_000_000;
 
 /// The files of `paths`, sorted by their relative paths. A named file may have any extension. Folders and wildcards
@@ -200,8 +201,8 @@ pub(crate) fn find_except(
     Ok(inputs)
 }
 
-/// Refuses inputs of which none exists, before any output is made, even a folder. A missing file among others is
-/// reported like a broken file.
+/// Refuses the inputs if none of them exists, before any output or output folder is made. If only some inputs are
+/// missing, each of them is reported like a broken file.
 pub(crate) fn refuse_missing(inputs: &[Input]) -> mocap::Result<()> {
     let is_missing = |input: &Input| !input.path.exists() && !input.path.is_symlink();
     match inputs.first().filter(|_| inputs.iter().all(is_missing)) {

@@ -146,8 +146,8 @@ impl KnownOutputs {
     }
 
     /// Whether a file is an output of a former run: in the output folder of this run, in an output folder below `base`,
-    /// or beside its source. `base` is the folder that the user named, and the file was found in it. A user who names
-    /// the output folder of another run means its files.
+    /// or beside its source. `base` is the folder that the user named, and the file was found in it. If the user names
+    /// the output folder of another run, its files are inputs.
     pub(crate) fn has(&self, base: &Path, path: &Path) -> bool {
         if !path.is_file() {
             return false;

@@ -26,7 +26,7 @@ const PACKED_SHELL: f64 = 0.1;
 /// The longest plausible leg, in metres. A larger number comes from a damaged file.
 const LONGEST_LEG: f32 = 1000.0;
 
-/// The latest plausible begin of a clip, in seconds: 115 days.
+/// The latest plausible start of a clip, in seconds: 115 days.
 const LATEST: f64 = 1e7;
 
 /// A clip of a database.
@@ -214,7 +214,7 @@ pub(super) fn figure_of(scene: &Scene) -> Figure {
     }
 }
 
-/// Whether the length of a leg (in metres) and the begin of a clip (in seconds) are plausible.
+/// Whether the length of a leg (in metres) and the start of a clip (in seconds) are plausible.
 pub(super) fn has_leg_and_begin(leg: f32, begin: f64) -> bool {
     leg > 0.0 && leg <= LONGEST_LEG && (0.0..=LATEST).contains(&begin)
 }

@@ -53,6 +53,7 @@ impl Gamepad {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     ///
+    /// # Errors
     /// [`Code::InvalidArrays`]. The message names the line of a table, or the row of a list.
     pub fn parse(text: &str) -> Result<Self> {
         let rows = match text.trim_start_matches(['\u{feff}', ' ', '\t', '\r', '\n']) {

@@ -5,8 +5,7 @@
 //! | activity | rule |
 //! |---|---|
 //! | lies | the trunk is more than 60 degrees from the vertical, and the hips lower than half a leg above the floor |
-//! | jumps | both feet are more than a tenth of a leg above their resting heights, for 0.15 s (0.35 s in a run) to 1.2
-//! s |
+//! | jumps | both feet are over a tenth of a leg above their resting heights, for 0.15 s (in a run 0.35 s) to 1.2 s |
 //! | runs | the hips move at 2.2 m/s or more |
 //! | walks | the hips move at 0.4 m/s or more |
 //! | stands | the hips are higher than 0.75 legs above the floor |

@@ -82,7 +82,7 @@ impl BodyLayout {
     }
 
     /// A note for users about the assumptions of this layout: flat hands and a mean body shape. `None` for a layout
-    /// without them.
+    /// without assumptions.
     #[doc(hidden)]
     pub fn note(self) -> Option<String> {
         let text = "hands: finger rotations are relative to a flat hand; the shape of the body is the mean (betas 0)";
@@ -161,7 +161,7 @@ impl BodyArrays {
     }
 
     /// As [`new`](Self::new), for a scene in metres with +Y up. If the scene has only a part of the motion's frames,
-    /// `whole` has all of them, to find the T-pose. `known` has the bones, if the caller knows them.
+    /// `whole` has all frames, which show the T-pose. `known` has the bones, if the caller knows the bones.
     pub(crate) fn of_humanoid(scene: &Scene, whole: Option<&Scene>, known: Option<Humanoid>) -> Result<Self> {
         let body = vrm_humanoid_shown(scene, whole, known)?;
         let Some(animation) = body.animations.first() else {
@@ -336,8 +336,8 @@ impl BodyArrays {
     }
 }
 
-/// The rest positions of the joints. A joint that the body lacks is at its parent. The pelvis is where SMPL's template
-/// has it.
+/// The rest positions of the joints. A joint that the body lacks is at its parent. The pelvis has its position in
+/// SMPL's template.
 fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<usize>) -> Vec<Vec3> {
     let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let neck = joints

@@ -17,11 +17,11 @@ pub(super) struct Frame {
     pub(super) scale: f32,
     /// The matrix from the scene's axes to the output's axes, if they differ.
     pub(super) turn: Option<Mat4>,
-    /// Metres per unit of the output, if the file or the caller states the unit, or if an array needs the unit, so that
-    /// it was guessed.
+    /// Metres per unit of the output: stated by the file or the caller, or guessed if an array needs the unit.
+    /// Otherwise `None`.
     pub(super) metres_per_unit: Option<f64>,
-    /// The up axis of the output, if the file or the caller states the axis, or if an array needs the axis, so that it
-    /// was guessed.
+    /// The up axis of the output: stated by the file or the caller, or guessed if an array needs the axis. Otherwise
+    /// `None`.
     pub(super) up: Option<UpAxis>,
     /// The figure, if any guess needs it.
     pub(super) figure: Option<Figure>,
@@ -64,8 +64,8 @@ impl Frame {
         let turns = matches!((file.up, output.up), (Some(file), Some(output)) if file != output);
         let scales =
             matches!((file.metres_per_unit, output.metres_per_unit), (Some(file), Some(output)) if file != output);
-        // A unit or an axis that the file does not state is recorded too, so that a reader of the header knows where it
-        // comes from.
+        // A unit or an axis that the file does not state is recorded too. The header then shows the origin of this
+        // value.
         if turns || scales || file != Space::default().or_stated(&scene.metadata) {
             // An unknown unit or axis is not converted. The step records 1 m to 1 m, or +Y to +Y.
             let (from, up) = (file.metres_per_unit.unwrap_or(1.0), file.up.unwrap_or_default());

@@ -26,8 +26,8 @@ const FACE: [(&str, [f64; 3]); 11] = [
 ];
 
 /// All frames of a scene in metres with +Y up. The scene must have the joints of MHR, and the rest pose in which mocap
-/// reads MHR. `None` for another skeleton. A face joint that the scene lacks does not move in the head. Any other joint
-/// that the scene lacks is at the position of its parent.
+/// reads MHR. `None` for another skeleton. A face joint that the scene lacks does not move relative to the head. Any
+/// other missing joint is at the position of its parent.
 pub(super) fn own_mhr(scene: &Scene) -> Option<Vec<Posed>> {
     /// The cosine of 5 degrees: the largest angle between the directions of a bone in the rest pose and in MHR's
     /// T-pose.

@@ -17,8 +17,8 @@ struct Skeleton {
 }
 
 impl Skeleton {
-    /// A joint that the body lacks is halfway between its parent and the child that is a bone; a twist joint is at that
-    /// child. Without such a child, the joint is at its parent.
+    /// A joint that the body lacks is halfway between its parent and its child, if the body has the child. A twist
+    /// joint is at the child. If the body lacks the child too, the joint is at its parent.
     fn new(body: &BodyArrays, joints: Vec<Joint>) -> Self {
         let of_bone = |joint: &Joint| body.joints().iter().position(|own| own.bone == joint.bone);
         let same: Vec<Option<usize>> = (joints.iter())

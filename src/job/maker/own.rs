@@ -96,7 +96,8 @@ impl Maker<'_> {
             .iter()
             .for_each(|naming| names::tell(naming, scene, &mut written));
         written.notes.extend(taken);
-        // A file without the up axis makes the next reader guess the axis again, perhaps another one.
+        // If the file does not state the up axis, its next reader guesses the axis again, and may guess a different
+        // axis.
         let states_no_up = row.is_some_and(|row| row.has_sidecar);
         if states_no_up && self.job.source.space.up().is_some() && self.job.write.space.up().is_none() {
             let note = "the written file states no up axis: when you read it, give the same {up} as now; or write it with {out-up} y";

@@ -46,8 +46,8 @@ pub(super) fn pairs(source: &Scene, output: &Output<'_>) -> Vec<Option<usize>> {
     pair_of
 }
 
-/// The clips to compare, and the findings about clips. A source without a clip is a skeleton at rest. So is a file
-/// without a clip, or with one clip in which nothing moves.
+/// The clips to compare, and the findings about clips. A source without a clip is a skeleton at rest. A file is a
+/// skeleton at rest if it has no clip, or one clip in which nothing moves.
 pub(super) fn matched(
     source: &Scene,
     output: &Output<'_>,
@@ -67,7 +67,7 @@ pub(super) fn matched(
         if pair.is_none() && moves(source, clip, change)? {
             let message = format!("{} is not in the file", name_of(source, clip));
             findings.push(Finding::new(FindingKind::MissingClip, message));
-            // If the file has no other clip, the frames are missing too.
+            // If the file has no clip at all, the comparison also reports the missing frames.
             if !theirs.is_empty() {
                 continue;
             }

@@ -128,8 +128,9 @@ fn plates_give_the_forces_that_another_reader_finds() {
     assert!((recorded.events[0].time - 0.02).abs() < 1e-6);
 }
 
-/// Samples of two plates, minus the mean of frames 1 to 10, the range in `FORCE_PLATFORM:ZERO`. ezc3d's forces at
-/// sample 1244 are (-39.5116, 22.4299, 838.5556). In the mean of the first 40 they are (-26.1762, 0.0525, 21.2040).
+/// Samples of two plates, minus the mean of frames 1 to 10, the range in `FORCE_PLATFORM:ZERO`. ezc3d's force at sample
+/// 1244 is (-39.5116, 22.4299, 838.5556). The mean of its forces at the first 40 samples is (-26.1762, 0.0525,
+/// 21.2040).
 #[test]
 fn a_baseline_is_taken_out_of_real_plates() {
     let forces =

@@ -1,4 +1,4 @@
-//! The ledger of losses: the test writes each kind of data in each format, and searches it in the file read back.
+//! The ledger of losses: the test writes each kind of data in each format, reads the file back, and looks for the data.
 
 use std::fs;
 use std::sync::Arc;
@@ -370,7 +370,7 @@ fn factors_of_a_material_are_kept_and_its_other_textures_reported() {
         let emissive = mocap::glam::Vec3::new(0.5, 0.25, 0.0);
         assert!(surface.emissive.abs_diff_eq(emissive, 1e-4), "{extension}: {surface:?}");
     }
-    // A factor multiplies its texture, so that it says nothing alone.
+    // A factor multiplies its texture, so the factor alone has no meaning.
     json["materials"][0]["pbrMetallicRoughness"]["metallicRoughnessTexture"] = serde_json::json!({"index": 0});
     let scene = importer.read(json.to_string().as_bytes(), "hero.gltf").unwrap();
     assert_eq!(scene.materials[0].surface.unwrap().metallic, 0.0);

@@ -95,7 +95,7 @@ fn what_the_caller_or_the_file_states_stays() {
     let raw = Importer::new().read(&raw.into_bytes().unwrap(), "raw.glb").unwrap();
     let first = |scene: &Scene| scene.animations[0].channels[0].position_keys.values[0];
     assert!(first(&raw).abs_diff_eq(first(&walk), 1e-4));
-    // So does a caller who states that the unit is 1 m.
+    // A caller who states that the unit is 1 m also gets the numbers of the file.
     let mut stated = walk.clone();
     stated.metadata.metres_per_unit = Some(1.0);
     let stated = exporter.write(&stated, Format::Gltf).unwrap();

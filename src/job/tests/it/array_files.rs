@@ -380,7 +380,7 @@ fn a_table_that_is_cut_off_has_its_whole_frames() {
     }
 }
 
-/// The names, gaps and rate of tables of points, as a person reads them.
+/// Tables of points, with names, gaps and a frame rate that a person has read from the text.
 #[test]
 fn tables_of_positions_are_points() {
     let wide = "Time;Hip_X;Hip_Y;Hip_Z;Knee.x;Knee.y;Knee.z;x_Toe;y_Toe;z_Toe;note\r\n\

@@ -20,7 +20,7 @@ fn a_map_of_the_bones_decides_the_unit() {
     for (index, node) in numbered.nodes.iter_mut().enumerate() {
         node.name = format!("J{index}");
     }
-    // The map says that the neck joint is the head, so the body has fewer units and each unit is longer.
+    // The map says that the neck joint is the head. The body is then fewer units tall, so each unit is longer.
     let neck = source
         .nodes
         .iter()

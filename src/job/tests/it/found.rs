@@ -44,7 +44,7 @@ fn one_edit_finds_its_source_once() {
     assert_eq!(searches_of("", "out.glb"), 1);
 }
 
-/// Works as `mocap view` does for a page with a file, and a robot beside it.
+/// Does the work of `mocap view` for a page that shows a file and a robot side by side.
 #[cfg(feature = "render")]
 #[test]
 fn one_page_finds_its_source_once() {

@@ -294,7 +294,7 @@ fn a_part_of_a_motion_on_a_robot_is_that_part_of_the_whole() {
         pairs.map(|(a, b)| (a - b).abs().to_degrees()).fold(0.0, f64::max)
     };
     assert!(apart(&part) < 0.01, "{} degrees", apart(&part));
-    // Without this frame the ground is the same, because nobody stands on it in a rest pose.
+    // Without the rest pose in the first frame the ground is the same, because a rest pose has no ground contact.
     let without = moved(Conversion::new(), FirstFrame::Drop);
     assert!(apart(&without) < 0.01, "{} degrees", apart(&without));
 }

@@ -93,7 +93,7 @@ fn a_body_of_the_rig_is_written_as_it_was_read() {
     for (file, frames) in [(BODY, 1), (TAKE, 5)] {
         let mut scene = Importer::new().retime(25.0).import(file).unwrap();
         // A file of one frame is read with all joints, also with the face joints that the scene of a take lacks. These
-        // have lost the expression of the face, which opens the jaw by less than 2 mm here.
+        // face joints have lost the expression of the face, which opens the jaw by less than 2 mm here.
         for (frames, near) in [(frames, NEAR), (1, 2.0 * NEAR)] {
             scene.trim(0.0, (frames - 1) as f64);
             let written = folder.path().join("again.npz");

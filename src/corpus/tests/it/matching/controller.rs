@@ -1,4 +1,4 @@
-//! Which of the two rotation vectors of a rotation continues a motion.
+//! Tests which of the two rotation vectors of a rotation continues a motion.
 
 use std::f32::consts::{PI, TAU};
 

@@ -108,7 +108,7 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("steps", "pin:to=hips,range=0.02..0.08", ""),
 ];
 
-/// The default target bodies, for choices of an option of the target that give no body themselves.
+/// The default target bodies. A choice uses one if its option belongs to a target and names no body.
 const BODIES: [(&str, &str); 3] = [
     ("character", "human.gltf"),
     ("skeleton", "run.bvh"),

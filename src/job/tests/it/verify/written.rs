@@ -496,8 +496,8 @@ fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
     }
 }
 
-/// Only descendants distinguish a joint from the node of a mesh if both lack a name. Groups between such joints are
-/// another example.
+/// Only descendants distinguish a joint from the node of a mesh if both lack a name. The same applies to a joint and a
+/// group without names.
 #[test]
 fn joints_without_names_between_other_nodes_are_paired_by_what_is_below_them() {
     let meshes = "../../fixtures/made/unnamed_joints_between_meshes.gltf";
