@@ -7,7 +7,8 @@ use super::image_size::image_size;
 
 /// The largest width or height of a texture in pixels.
 const WIDEST: u32 = 4096;
-/// The largest number of pixels that all textures of a scene may always have: one texture of the largest size.
+/// The number of pixels that the textures of any scene may have together, however small their files are: one texture of
+/// the largest size.
 const ANY_PIXELS: usize = 4096 * 4096;
 /// The number of pixels allowed for each byte of the texture files. Reading a texture takes 8 bytes per pixel.
 const PIXELS_PER_BYTE: usize = 8;

@@ -1,5 +1,5 @@
-// Inverse kinematics of a chain with any number of bones. The steps are those of the library's `ik::ChainOptions`.
-// FABRIK (Aristidou and Lasenby, 2011) converges quickly, and the last step is exact.
+// Inverse kinematics of a chain with any number of bones. The library's `ik::ChainOptions` has the same steps. FABRIK
+// (Aristidou and Lasenby, 2011) converges quickly, and the last step is exact.
 
 import { add, clamp, dot, length, normalize, scale, sub } from "./math.js";
 import { arc, turned, twoBone } from "./reach.js";

@@ -1,7 +1,8 @@
 // Decodes a run of frames from a packed clip; docs/packed-clip.md describes the bytes. Loading decodes every frame
 // once.
 
-// Flags of the file and of a node, bytes of a node in the table, the kind of a rotation whose keys do not all drop one component.
+// Flags of the file and of a node, bytes of a node in the table, the kind of a rotation whose keys do not all omit the
+// same component.
 const ALL_KEYS = 2;
 const FLAG = { rotates: 1, translates: 2, rotation: 4, translation: 8, scale: 16, restRotation: 64, restTranslation: 128 };
 const [NODE, MIXED] = [5, 4];

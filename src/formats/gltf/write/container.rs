@@ -52,7 +52,7 @@ impl Document {
     /// The bytes of a `.gltf` file with its buffer as a data URI.
     ///
     /// # Errors
-    /// None is known for a document of this crate.
+    /// No error is known for a document of this crate.
     pub fn to_embedded(&self) -> Result<Vec<u8>> {
         self.with_uri(|| uri_of_buffer(None, &self.bin))
     }
@@ -61,7 +61,7 @@ impl Document {
     /// neither meshes nor motion.
     ///
     /// # Errors
-    /// None is known for a document of this crate.
+    /// No error is known for a document of this crate.
     pub fn to_text_and_bin(&self, bin_name: &str) -> Result<(Vec<u8>, &[u8])> {
         Ok((self.with_uri(|| uri_of_buffer(Some(bin_name), &self.bin))?, &self.bin))
     }

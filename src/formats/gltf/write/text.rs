@@ -81,7 +81,7 @@ struct DocumentText<'a> {
 /// The text of an array item, for an existing file.
 ///
 /// # Errors
-/// None is known for items of this crate.
+/// No error is known for items of this crate.
 pub(super) fn item(item: &impl Serialize) -> serde_json::Result<String> {
     let mut text = Vec::new();
     item.serialize(&mut Serializer::with_formatter(&mut text, ShortNumbers::default()))?;
@@ -91,7 +91,7 @@ pub(super) fn item(item: &impl Serialize) -> serde_json::Result<String> {
 /// The text of `root`, which has no animations, with `animations`.
 ///
 /// # Errors
-/// None is known for a document of this crate.
+/// No error is known for a document of this crate.
 pub fn write(root: &Root, animations: &[Animation]) -> serde_json::Result<Vec<u8>> {
     let mut text = Vec::new();
     let mut serializer = Serializer::with_formatter(&mut text, ShortNumbers::default());
