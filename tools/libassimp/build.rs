@@ -4,6 +4,6 @@
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rustc-cdylib-link-arg=-Wl,-soname,libassimp.so.5");
-    // By the file's name, so that no compiler of C++ need be installed.
+    // Links by the file's name, so that no C++ compiler must be installed.
     println!("cargo:rustc-link-lib=dylib:+verbatim=libstdc++.so.6");
 }

@@ -1,4 +1,4 @@
-"""What a peer made of a file, against the expected result that was worked out by hand."""
+"""Compares a peer's result for a file with the expected result, which a person worked out."""
 
 import math
 from copy import deepcopy
@@ -6,20 +6,22 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import permutations
 
-# The largest difference of a coordinate. The fixtures measure a few units; a turn in single precision keeps six digits.
+# The largest difference of a coordinate. The fixtures measure a few units; a rotation in single precision keeps six
+# digits.
 TOLERANCE = 1e-4
-# Fixtures whose time is not the subject have ten frames a second.
+# Fixtures that do not test time have ten frames a second.
 USUAL_RATE = 10.0
-# The End Sites of the fixtures that have a name of their own; the others are called after their joint.
+# The End Sites of the fixtures with their own names; the other End Sites have the name of their joint.
 NAMED_END_SITES = {"knee_end", "toe"}
-# The node that holds several roots together where a scene can have only one; a peer may do without.
+# The parent of several roots in scenes with a single root; a peer may omit it.
 PARENT_OF_ROOTS = "Roots"
 
 # The files with more rows than `Frames:` says: a peer may go by the rows. They are compared at the last declared frame.
 ROWS_ABOVE_THE_COUNT = {"one_row_more", "many_rows_more"}
-# There, and where a row has a value too many, it is another policy to have more frames.
+# In these files, and if a row has an extra value, more frames are another accepted policy.
 MAY_KEEP_ROWS = ROWS_ABOVE_THE_COUNT | {"a_long_row"}
-# Where the format leaves open what a position channel is to an OFFSET, the other answer: the positions, depth-first.
+# The alternative positions, depth-first, in files for which the format does not define whether a position channel
+# replaces an OFFSET.
 REPLACES = "the position replaces the OFFSET"
 ADDS = "the position is added to the OFFSET"
 OTHER_POLICIES = {
@@ -64,7 +66,7 @@ class Expected:
 
 
 def read_expected(path):
-    """The format is described in `fixtures/README.md`."""
+    """Reads an expected result; `fixtures/README.md` describes the format."""
     head, _, tree = path.read_text(encoding="utf-8").partition("\n\n")
     facts = {}
     for line in head.splitlines():
@@ -105,18 +107,18 @@ def tree_of(answer):
 
 
 def near(a, b):
-    # A comparison with NaN is false, so that NaN is near to nothing.
+    # A comparison with NaN is false, so NaN is near no number.
     return all(abs(x - y) <= TOLERANCE for x, y in zip(a, b))
 
 
 def same_name(expected, found):
-    """A peer may make equal names differ by a number after a dot."""
+    """A peer may distinguish equal names by a number after a dot."""
     base, dot, digits = found.rpartition(".")
     return found == expected or (dot and digits.isdigit() and base == expected)
 
 
 def compare_nodes(expected, found, wrong, lost):
-    """Adds to `wrong` what stands elsewhere, and to `lost` what is right but not whole."""
+    """Adds wrong positions to `wrong`, and right but incomplete results to `lost`."""
     joints = [node for node in found if node.end is not True]
     for node in [node for node in expected if not node.end]:
         if not joints:
@@ -146,7 +148,7 @@ def compare_nodes(expected, found, wrong, lost):
 
 
 def best_pairs(ends, tips):
-    """End Sites and tips paired so that most are near each other: their order is no meaning."""
+    """Pairs End Sites and tips so that most pairs are near each other, because their order has no meaning."""
     tips = tips + [None] * max(0, len(ends) - len(tips))
     arrangements = (list(zip(ends, order)) for order in permutations(tips, len(ends)))
 

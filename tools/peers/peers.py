@@ -1,4 +1,4 @@
-"""The readers that are compared: how each is installed by its name, and how one file is given to it."""
+"""The compared readers: the installation of each by its name, and its command for one file."""
 
 import os
 import subprocess
@@ -17,13 +17,14 @@ BLENDER = "5.0.1"
 
 @dataclass
 class Peer:
-    """`command` is what stands before the arguments FILE FRAME ROOT OUT of its reader."""
+    """`command` precedes the arguments FILE FRAME ROOT OUT of the reader."""
 
     name: str
     version: str
     command: list[str]
     environment: dict[str, str] = field(default_factory=dict)
-    # V8 and Blender reserve far more address space than they use, so that a limit of it says nothing of their memory.
+    # V8 and Blender reserve far more address space than they use, so an address-space limit does not limit their
+    # memory.
     limits_address_space: bool = True
 
 
@@ -32,7 +33,7 @@ def call(*command, **options):
 
 
 def install(cache, mocap, blender):
-    """Installs what is not yet in the folder `cache`, and returns the peers, `mocap` first."""
+    """Installs the peers that are not yet in the folder `cache`, and returns all peers, `mocap` first."""
     cache.mkdir(parents=True, exist_ok=True)
     peers = [own(mocap), assimp(cache), three(cache)]
     if blender:
@@ -53,7 +54,7 @@ def reader(file):
 
 
 def virtual_environment(folder, packages):
-    """The Python of a virtual environment that has just these versions."""
+    """The Python of a virtual environment with exactly these versions."""
     python = folder / "bin" / "python"
     wanted = [f"{package}=={version}" for package, version in packages.items()]
     stamp = folder / "packages.txt"
@@ -74,7 +75,7 @@ def own(mocap):
 
 
 def assimp(cache):
-    """Assimp is the library of the system: `apt-get install g++ libassimp-dev`."""
+    """Assimp is the system's library: `apt-get install g++ libassimp-dev`."""
     dump = cache / "assimp-dump"
     source = ROOT / "tools" / "oracle" / "assimp" / "dump.cpp"
     if not dump.exists():

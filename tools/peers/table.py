@@ -1,4 +1,4 @@
-"""The Markdown of the tables, and their place in README.md."""
+"""The Markdown of the tables, and their position in README.md."""
 
 import platform
 from collections import Counter
@@ -110,7 +110,7 @@ GROUPS = {
 
 
 def titles():
-    """The files of fixtures/dialects and what each shows, as fixtures/README.md lists them."""
+    """The files of fixtures/dialects and their subjects, from the list in fixtures/README.md."""
     text = (ROOT / "fixtures" / "README.md").read_text(encoding="utf-8")
     section = text.split("\n## `dialects/`")[1].split("\n## ")[0]
     rows = [line.strip("| ").split(" | ", 1) for line in section.splitlines() if line.startswith("| `")]
@@ -118,7 +118,7 @@ def titles():
 
 
 def deviates(fixture):
-    """Whether the file departs from the format and not only in spelling: the expected result has a warning."""
+    """Whether the file violates the format beyond its spelling: the expected result has a warning."""
     expected = (ROOT / "fixtures" / "dialects" / f"{fixture}.expected").read_text(encoding="utf-8")
     return any(line.startswith("warning") for line in expected.splitlines())
 

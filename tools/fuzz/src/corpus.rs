@@ -1,4 +1,4 @@
-//! What is changed: the fixtures of a format, and inputs that reach what fixtures do not, which `corpus/` keeps.
+//! The inputs that the fuzzer changes: the fixtures of a format, and the inputs in `corpus/`, which reach other code.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -7,20 +7,20 @@ use mocap_fuzz::{Input, fixture};
 
 use crate::coverage::Seen;
 
-/// Bytes of the longest input that is kept.
+/// The size of the longest kept input in bytes.
 const LONGEST: usize = 24 << 10;
 
-/// Bytes that are kept of one format, at most.
+/// The largest total of the kept inputs of one format in bytes.
 const MOST: usize = 140 << 10;
 
-/// The fixtures of a format; from longer ones the first bytes, where the beginning of a file says something.
+/// The fixtures of a format. Of a longer file, only the first bytes, if the format allows a part of a file.
 pub(crate) fn seeds(input: &Input) -> Vec<Vec<u8>> {
     let mut paths: Vec<PathBuf> = (input.folders.iter())
         .flat_map(|name| fs::read_dir(fixture(name)).expect("the fixtures are there"))
         .map(|entry| entry.expect("a folder can be listed").path())
         .filter(|path| path.extension().is_some_and(|extension| extension == input.name))
         .collect();
-    // The order in which a folder is listed is not the same everywhere; the seed of the generator is.
+    // The order of files in a folder differs between systems, but a seed must always give the same run.
     paths.sort();
     let files = paths.iter().map(|path| fs::read(path).expect("a fixture can be read"));
     let mut seeds: Vec<Vec<u8>> = files
@@ -40,13 +40,13 @@ pub(crate) fn kept(input: &Input) -> Vec<Vec<u8>> {
     files(&folder("corpus", input))
 }
 
-/// Puts an input beside those that earlier runs found on this machine.
+/// Adds an input to the inputs that earlier runs found on this machine.
 pub(crate) fn remember(input: &Input, bytes: &[u8]) {
     write(&folder("artifacts/found", input).join(name_of(bytes)), bytes);
 }
 
-/// Keeps of what was found and of what was kept the shortest inputs that together reach all that the fixtures do not.
-/// `try_input` runs one.
+/// Keeps, of the found and the kept inputs, the shortest that together reach all code that the fixtures do not reach.
+/// `try_input` runs one input.
 pub(crate) fn minimize(input: &Input, try_input: impl Fn(&[u8]) -> Result<(), String>) -> Result<(), String> {
     let mut candidates = kept(input);
     candidates.extend(files(&folder("artifacts/found", input)));
@@ -68,7 +68,7 @@ pub(crate) fn minimize(input: &Input, try_input: impl Fn(&[u8]) -> Result<(), St
         }
     }
     let folder = folder("corpus", input);
-    // Those with a name of their own were findings, and are kept.
+    // Inputs with names instead of hashes were findings, and always remain.
     for path in paths(&folder) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if fs::read(&path).is_ok_and(|bytes| name_of(&bytes) == name) {
@@ -92,7 +92,7 @@ pub(crate) fn artifact(name: &str, extension: &str) -> PathBuf {
     here().join("artifacts").join(name).with_extension(extension)
 }
 
-/// Writes a file and creates its folder. An error is printed, and the program goes on.
+/// Writes a file and creates its folder. Prints an error and continues.
 pub(crate) fn write(path: &Path, bytes: &[u8]) {
     let folder = path.parent().unwrap_or(Path::new("."));
     let written = fs::create_dir_all(folder).and_then(|()| fs::write(path, bytes));
@@ -110,7 +110,7 @@ fn folder(of: &str, input: &Input) -> PathBuf {
     here().join(of).join(input.name)
 }
 
-/// The files of a folder, sorted by name; none where there is no such folder.
+/// The files of a folder, sorted by name; empty if the folder does not exist.
 fn files(folder: &Path) -> Vec<Vec<u8>> {
     let read = |path: &PathBuf| fs::read(path).expect("a kept input can be read");
     paths(folder).iter().map(read).collect()

@@ -1,13 +1,13 @@
-//! How often each region of the library ran: the counters of `-C instrument-coverage`, read in the process.
+//! Reads the counters of `-C instrument-coverage` in the process: how often each region of the library ran.
 
-/// Which counters rose above which steps so far. Without the feature `coverage` there is nothing to guide by.
+/// The steps that each counter has reached so far. Without the feature `coverage`, this is empty.
 #[derive(Default)]
 pub(crate) struct Seen {
     /// A bit for each step of each counter.
     steps: Vec<u8>,
 }
 
-/// The step of a count, as AFL has them: more of the same is news only where it is many more.
+/// The step of a count, as in AFL: a higher count is new only if it reaches the next step.
 fn step(count: u64) -> u8 {
     match count {
         0 => 0,
@@ -28,7 +28,7 @@ impl Seen {
         counters().fill(0);
     }
 
-    /// Notes what ran since, and tells whether anything did that had not, or had less often.
+    /// Records the counts since the reset, and returns whether any counter reached a new step.
     pub(crate) fn note(&mut self) -> bool {
         let counters = counters();
         self.steps.resize(counters.len(), 0);
@@ -41,7 +41,7 @@ impl Seen {
         is_new
     }
 
-    /// Notes which counters are above 0, and tells whether any was not before.
+    /// Records which counters are above 0, and returns whether any counter was 0 in all earlier inputs.
     pub(crate) fn reach(&mut self) -> bool {
         let counters = counters();
         self.steps.resize(counters.len(), 0);
@@ -53,14 +53,14 @@ impl Seen {
         is_new
     }
 
-    /// Counters above 0 so far, and all there are.
+    /// The number of counters above 0 so far, and of all counters.
     pub(crate) fn count(&self) -> (usize, usize) {
         let hit = self.steps.iter().filter(|steps| **steps != 0).count();
         (hit, self.steps.len())
     }
 }
 
-/// The counters of the process. Other threads of it may count too; a lost count is no harm.
+/// The counters of the process. Other threads may change them at the same time; a lost count does no harm.
 #[cfg(feature = "coverage")]
 #[expect(unsafe_code, reason = "the counters are variables of the linker")]
 fn counters() -> &'static mut [u64] {

@@ -1,4 +1,4 @@
-//! The formats, and how to make an input of each from bytes.
+//! The formats, and how bytes become an input of each format.
 
 mod made;
 mod search;
@@ -22,11 +22,11 @@ const MOTION_LENGTH: usize = 2400;
 
 /// A kind of file to try.
 pub struct Input {
-    /// Its name on the command line, and the extension of its seeds.
+    /// The name of the format on the command line, and the extension of its seeds.
     pub name: &'static str,
     /// The folders of `fixtures` that hold its seeds.
     pub folders: &'static [&'static str],
-    /// Bytes of the longest seed; longer ones are cut off there, or left out if a part is useless.
+    /// The size of the longest seed in bytes. Longer files are cut, or omitted if a part is useless.
     pub longest_seed: usize,
     /// Whether the first bytes of a longer file are a seed too.
     pub cut: bool,
@@ -34,17 +34,17 @@ pub struct Input {
     pub made: fn() -> Vec<Vec<u8>>,
     /// The keywords of its format.
     pub words: &'static [&'static str],
-    /// Bytes of memory that any input may take, and those that each byte of it may add. An export holds the scene, its
-    /// buffer, and the file.
+    /// The bytes of memory that any input may use, and the bytes that each byte of the input may add. An export holds
+    /// the scene, its buffer, and the file.
     pub base: usize,
     /// See [`Input::base`].
     pub factor: usize,
-    /// What must hold of its scenes, but for the rules of every scene.
+    /// The check of the format's scenes, besides the rules of every scene.
     pub(crate) outputs: Outputs,
     read: fn(&[u8], &Importer) -> Result<Scene>,
 }
 
-/// What scenes are written as.
+/// The formats to which scenes are written.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outputs {
     /// glTF, BVH and arrays.
@@ -123,7 +123,7 @@ pub(crate) const C3D: Input = Input {
     outputs: Outputs::Usual,
     read: |bytes, importer| {
         let scene = importer.clone().format(mocap::Format::C3d).read(bytes, "fuzz.c3d")?;
-        // Channels and plates that are broken are refused, and nothing else.
+        // The reader refuses only broken channels and plates.
         let _ = (TimeSeries::analog(&scene), TimeSeries::ground_forces(&scene));
         Ok(scene)
     },
@@ -138,7 +138,7 @@ pub(crate) const TRC: Input = Input {
     made: made::trc,
     words: TRC_WORDS,
     base: 1 << 20,
-    // A marker is a joint, and a name of one letter is all that it takes.
+    // A marker is a joint, and needs only a name of one letter.
     factor: 8192,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Trc).read(bytes, "fuzz.trc"),
@@ -149,7 +149,7 @@ pub(crate) const MOT: Input = Input {
     name: "mot",
     made: made::mot,
     words: MOT_WORDS,
-    // A file without frames has a body of 22 joints.
+    // A file without frames still has a body of 22 joints.
     factor: 1024,
     read: |bytes, importer| importer.clone().format(mocap::Format::Mot).read(bytes, "fuzz.mot"),
     ..TRC
@@ -184,7 +184,7 @@ pub(crate) const GLB: Input = Input {
     read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.glb"),
 };
 
-/// A glTF file in text, with its buffer in it.
+/// A glTF text file that contains its buffer.
 pub(crate) const GLTF: Input = Input {
     name: "gltf",
     made: made::gltf,
@@ -234,7 +234,7 @@ pub(crate) const USDA: Input = Input {
     ..GLB
 };
 
-/// An archive of it.
+/// An archive of USD.
 pub(crate) const USDZ: Input = Input {
     name: "usdz",
     folders: &[],
@@ -378,7 +378,7 @@ pub(crate) const BODY: Input = Input {
     ..NPZ
 };
 
-/// A database of motions, whose clip within is the scene; it is searched, and a figure is led with it.
+/// A database of motions, whose clip is the scene. The check searches the database, and steers a figure with it.
 pub(crate) const MDB: Input = Input {
     name: "mdb",
     folders: &[],
@@ -392,14 +392,14 @@ pub(crate) const MDB: Input = Input {
         "\"leg\":",
         "MCLP",
     ],
-    // A clip within takes as much as one alone, and its frames stand on another skeleton.
+    // A clip in a database uses as much memory as a separate clip, plus its frames on another skeleton.
     base: 256 << 20,
     factor: 16_384,
     read: |bytes, _| search::database(bytes),
     ..MCLIP
 };
 
-/// A motion graph of a known clip, over which is walked.
+/// A motion graph of a known clip. The check walks over it.
 pub(crate) const GRAPH: Input = Input {
     name: "graph",
     folders: &[],
@@ -421,7 +421,7 @@ pub(crate) const GRAPH: Input = Input {
     ..MCLIP
 };
 
-/// All of them.
+/// All kinds of input.
 pub const FORMATS: &[&Input] = &[
     &BVH, &ASF, &AMC, &C3D, &TRC, &MOT, &FBX, &USDA, &USDZ, &VMD, &PMX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ,
     &NPY, &PKL, &PT, &CSV, &BODY, &FBX_OUT, &MDB, &GRAPH,
@@ -434,7 +434,7 @@ impl Input {
     }
 }
 
-/// The verdict on arrays of a small motion: an error, or the motion. `verify` opens files alone.
+/// The verdict on arrays of a small motion: an error, or the motion. `verify` opens only files.
 fn verified(bytes: &[u8], extension: &str) -> Result<Scene> {
     let source = fixture(made::ARRAYS_OF);
     let path = env::temp_dir().join(format!("mocap-fuzz-{}.{extension}", process::id()));

@@ -1,10 +1,10 @@
 //! A fuzzer for the stable toolchain: changes the fixtures of a format at random, for a number of seconds or of inputs.
-//! All formats are tried side by side, a process each, as many at a time as there are cores. Half of the changes to
-//! glTF, C3D, FBX, packed clips and archives are to their structure.
+//! Each format has its own process, with one process per core at a time. Half of the changes to glTF, C3D, FBX, packed
+//! clips and archives are to their structure.
 //!
-//! An input that runs through something new joins the seeds, where the library was compiled to count that (`guided`);
-//! elsewhere one about which the library says something new. All memory is limited, so that an allocation without a
-//! bound ends the program. The input is then in `artifacts`, as after a crash in C.
+//! An input that reaches new code becomes a seed, if the library was compiled with coverage counters (`guided`).
+//! Without counters, an input with a new message becomes a seed. The memory is limited, so that an unbounded allocation
+//! ends the program. The input is then in `artifacts`, as after a crash in C.
 
 mod corpus;
 mod coverage;
@@ -52,7 +52,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What the arguments ask for; nothing where they are wrong.
+/// The request of the arguments; `None` if they are wrong.
 fn work(arguments: &[String]) -> Option<Result<(), String>> {
     let what = arguments.first()?.as_str();
     if what == "every-byte" {
@@ -99,8 +99,8 @@ fn work(arguments: &[String]) -> Option<Result<(), String>> {
     })
 }
 
-/// All formats, and every byte of small BVH files where asked for, in processes of this program: each has its own
-/// limit of memory. What one prints stands together.
+/// Runs all formats, and every byte of small BVH files on request, in processes of this program: each has its own
+/// memory limit. The output of a process stays together.
 fn side_by_side(what: &str, with_bytes: bool, seed: u64) -> Result<(), String> {
     let seed = seed.to_string();
     let formats = FORMATS.iter().map(|input| vec![what, input.name, &seed]);
@@ -134,7 +134,7 @@ fn side_by_side(what: &str, with_bytes: bool, seed: u64) -> Result<(), String> {
     }
 }
 
-/// Counted for the whole process, C included. Windows has no such limit.
+/// The limit is for the whole process, including C. Windows has no such limit.
 fn limit_memory() -> std::io::Result<()> {
     #[cfg(unix)]
     rlimit::setrlimit(rlimit::Resource::AS, MEMORY, MEMORY)?;

@@ -1,14 +1,14 @@
-//! Random changes to a file, of the kinds that damage, exporters and attackers make.
+//! Random changes to a file, like those of damage, exporters and attackers.
 
 use fastrand::Rng;
 
-/// Changes that one input gets at most. Few, or nothing of the seed's meaning is left to break.
+/// The largest number of changes to one input. More changes would leave nothing of the seed's meaning.
 const MOST_CHANGES: usize = 6;
 
-/// Inputs do not grow beyond this, or beyond their seed.
+/// Inputs do not grow beyond this size, or beyond their seed.
 const LONGEST: usize = 64 << 10;
 
-/// Numbers at the edges of what numbers are.
+/// Numbers at the limits of number types.
 const NUMBERS: &[&str] = &[
     "0",
     "-0",
@@ -42,7 +42,7 @@ const NUMBERS: &[&str] = &[
     "[1]",
 ];
 
-/// The same for files that hold numbers as bytes.
+/// Numbers at the limits of number types, for binary files.
 const EDGES: &[&[u8]] = &[
     b"\0",
     b"\xff",
@@ -59,7 +59,7 @@ const EDGES: &[&[u8]] = &[
     b"\xff\xff\xff\xff\xff\xff\xff\xff",
 ];
 
-/// Counts and times beyond every motion, as a string states them.
+/// Counts and times beyond every motion, as text.
 const EXTREMES: &[&str] = &[
     "1e20",
     "1e9",
@@ -78,7 +78,7 @@ const EXTREMES: &[&str] = &[
     "18446744073709551615",
 ];
 
-/// The same where numbers are bytes: of 64 bits, and what fits into 32.
+/// Counts and times beyond every motion, as bytes: of 64 bits, and the values that fit into 32 bits.
 const EXTREME_INTEGERS: &[i64] = &[
     10_000_000,
     1_000_000_000,
@@ -93,7 +93,7 @@ const EXTREME_INTEGERS: &[i64] = &[
 ];
 const EXTREME_FLOATS: &[f64] = &[1e20, 1e9, 1e7, 1e6, -1e12, 1e-20, 1e308, f64::NAN];
 
-/// A seed with an extreme number, or a few, in place of those that it states.
+/// A seed with one or a few extreme numbers in place of its own numbers.
 pub(crate) fn extreme(seed: &[u8], random: &mut Rng) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     let is_text = !bytes.iter().take(1024).any(|byte| *byte == 0);
@@ -120,14 +120,14 @@ fn extreme_bytes(random: &mut Rng) -> Vec<u8> {
     }
 }
 
-/// Puts `with` in place of a number of the text, whatever separates it from others.
+/// Puts `with` in place of a number of the text, with any separator around the number.
 fn replace_number(bytes: &mut Vec<u8>, with: &[u8], random: &mut Rng) {
     let from = random.usize(..=bytes.len());
     let is_of_number = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+');
     let Some(start) = bytes[from..].iter().position(u8::is_ascii_digit) else {
         return;
     };
-    // From the beginning of the number in which the place is.
+    // Starts at the beginning of the number at this place.
     let before = bytes[..from + start].iter().rposition(|byte| !is_of_number(byte));
     let start = before.map_or(0, |before| before + 1);
     let length = bytes[start..].iter().take_while(|byte| is_of_number(byte)).count();
@@ -188,7 +188,7 @@ fn flip_bit(bytes: &mut [u8], random: &mut Rng) {
     }
 }
 
-/// Puts bytes in place of as many, so that what a binary file points at stays where it is.
+/// Replaces bytes by the same number of bytes, so that the offsets of a binary file stay right.
 fn overwrite(bytes: &mut [u8], place: usize, with: &[u8]) {
     let end = bytes.len().min(place + with.len());
     bytes[place..end].copy_from_slice(&with[..end - place]);
@@ -198,7 +198,7 @@ fn insert(bytes: &mut Vec<u8>, place: usize, part: &[u8]) {
     bytes.splice(place..place, part.iter().copied());
 }
 
-/// Puts `word` in place of one of the words, so that the text around it keeps its shape.
+/// Replaces one of the words by `word`, so that the text around it keeps its shape.
 fn replace_word(bytes: &mut Vec<u8>, word: &[u8], random: &mut Rng) {
     let middle = random.usize(..=bytes.len());
     let start = bytes[..middle]

@@ -1,4 +1,4 @@
-//! The loop: an input, what must hold of it, and what it ran through.
+//! The loop of the fuzzer: makes an input, checks it, and records its coverage.
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::PathBuf;
@@ -12,20 +12,20 @@ use crate::corpus::{artifact, hash, kept, remember, seeds, write};
 use crate::coverage::Seen;
 use crate::{ALLOCATOR, mutate, structure};
 
-/// An input that takes longer is taken for an endless loop, also on a machine that does other work. The slowest, large
-/// FBX files, take 3 seconds of a processor.
+/// A longer time means an endless loop, even on a busy machine. The slowest inputs, large FBX files, take 3 seconds of
+/// a processor.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// One of so many small files has each of its bytes tried, unless all are asked for.
+/// One of this number of small files has each of its bytes tried, unless the caller requests all files.
 const ONE_OF: u64 = 4;
 
-/// Bytes of the longest file of which every byte is tried.
+/// The size of the longest file of which every byte is tried.
 const SHORT: usize = 320;
 
-/// The input that is being tried, what it is called, and since when.
+/// The current input, its name, and the time since when it runs.
 static CURRENT: Mutex<Option<(Vec<u8>, &str, Instant)>> = Mutex::new(None);
 
-/// How long to try a format.
+/// The time for which to try a format.
 #[derive(Clone, Copy)]
 pub(crate) enum Effort {
     Seconds(u64),
@@ -40,7 +40,7 @@ pub(crate) enum Files {
     Some,
 }
 
-/// Tries small BVH files with each of their bytes replaced by each of the 256 in turn.
+/// Tries small BVH files with each of their bytes replaced by each of the 256 values in turn.
 pub(crate) fn every_byte(which: Files) -> Result<(), String> {
     let mut files = 0;
     let mut tried = 0_u64;
@@ -66,14 +66,14 @@ pub(crate) fn every_byte(which: Files) -> Result<(), String> {
     Ok(())
 }
 
-/// What of the inputs was news: what they ran through or, in a build without counters, what was said about them.
+/// The news of the inputs: their coverage or, in a build without counters, their messages.
 enum News {
     Coverage(Seen),
     Outcomes(HashSet<BTreeSet<String>>),
 }
 
 impl News {
-    /// Tries an input. Whether it could be read, and whether that was news.
+    /// Tries an input. Returns whether it could be read, and whether it was news.
     fn of(&mut self, input: &'static Input, bytes: &[u8]) -> Result<(bool, bool), String> {
         Seen::reset();
         let is_read = try_input(input, bytes)?;
@@ -85,8 +85,8 @@ impl News {
     }
 }
 
-/// Tries the seeds of a format, what is kept, and changed ones for a while. An error says what was found and where the
-/// input is.
+/// Tries the seeds of a format, the kept inputs, and changed inputs for a while. An error describes a finding and names
+/// the file of the input.
 pub(crate) fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(), String> {
     let mut news = match cfg!(feature = "coverage") {
         true => News::Coverage(Seen::default()),
@@ -107,7 +107,7 @@ pub(crate) fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(
         Effort::Inputs(inputs) => tried < inputs,
     };
     while goes_on(tried) {
-        // What was found on the way is broken for the most part.
+        // Most inputs that this run found are broken.
         let from = if random.bool() { &pool[..given] } else { &pool[..] };
         let seed = &from[random.usize(..from.len())];
         let structured = random.bool().then(|| structure::mutate(input.name, seed, &mut random));
@@ -145,8 +145,8 @@ pub(crate) fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(
     Ok(())
 }
 
-/// Tries what is kept of a format, and its seeds, once, and so many changes of each. The changes of a file depend on
-/// its bytes alone: no commit that leaves them and what is tried as they are can change what is found.
+/// Tries the kept inputs of a format, its seeds, and a number of changes of each. The changes of a file depend only on
+/// its bytes. So a commit changes the findings only if it changes the files or the tested code.
 pub(crate) fn whole_corpus(input: &'static Input, changes: usize) -> Result<(), String> {
     let mut all = seeds(input);
     all.extend(kept(input));
@@ -171,15 +171,15 @@ pub(crate) fn whole_corpus(input: &'static Input, changes: usize) -> Result<(), 
     Ok(())
 }
 
-/// Notes what is tried now, for [`watch`].
+/// Records the current input for [`watch`].
 fn note(input: &'static Input, bytes: &[u8]) {
     *CURRENT.lock().expect("no one panics with the lock") = Some((bytes.to_owned(), input.name, Instant::now()));
 }
 
-/// Tries an input: whether it could be read, or what was found.
+/// Tries an input. Returns whether it could be read, or the finding.
 pub(crate) fn try_input(input: &'static Input, bytes: &[u8]) -> Result<bool, String> {
     note(input, bytes);
-    // What ends the program leaves no time to write it.
+    // Writes the input first, because a crash leaves no time to write it.
     write(&artifact("running", input.name), bytes);
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();

@@ -1,5 +1,5 @@
-//! Changes to what a file says of itself: counts, strides, offsets, references. Random bytes seldom reach them, because
-//! a file with a broken frame is refused before.
+//! Changes to the structure of a file: counts, strides, offsets, references. Random bytes seldom reach these, because a
+//! file with a broken container is refused first.
 
 mod c3d;
 mod fbx;
@@ -9,8 +9,8 @@ mod zip;
 
 use fastrand::Rng;
 
-/// The input with such changes, in the format that its name says; `None` for formats without them, and for inputs that
-/// are too broken to be taken apart.
+/// The input with changed structure, in the format of its name. `None` for formats without such changes, and for inputs
+/// that are too broken to be parsed.
 pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
     match format {
         "glb" | "gltf" => gltf::mutate(bytes, random),
@@ -25,7 +25,7 @@ pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec
     }
 }
 
-/// A number that a count, an offset or an index may have, near `now` or at an edge.
+/// A number for a count, an offset or an index: near `now`, or at a limit.
 fn number(now: u64, random: &mut Rng) -> u64 {
     const EDGES: [u64; 15] = [
         0,
@@ -54,7 +54,7 @@ fn number(now: u64, random: &mut Rng) -> u64 {
     }
 }
 
-/// A number at the edge of what can be computed with.
+/// A number at the limit of floating-point numbers.
 fn float(random: &mut Rng) -> f32 {
     const EDGES: [f32; 18] = [
         0.0,

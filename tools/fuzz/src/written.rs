@@ -1,5 +1,5 @@
-//! The law of a scene in every written format. It gives an error with a reason that the format has, or a file that is
-//! read back, and that `verify` accepts as the scene.
+//! The rule of every writer. It returns an error that its format explains, or a file that can be read back and that
+//! `verify` accepts as the scene.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -12,8 +12,8 @@ use mocap::{Code, Conversion, Error, Exporter, Format, FormatInfo, Importer, Pos
 
 use crate::inputs::Outputs;
 
-/// Everything that is written of a scene with such a mesh. `choice` chooses what is too slow to be done to each. The
-/// scene goes out in metres, as the program writes it.
+/// Writes a scene with such a mesh in every way. `choice` selects the work that is too slow for each scene. The scene
+/// is written in metres, as the program does.
 pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u8) {
     let mut converted = read.clone();
     let Ok(_) = Conversion::new().apply(&mut converted) else {
@@ -46,7 +46,7 @@ pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u
     }
 }
 
-/// What was read, and what goes out.
+/// The scene that was read, and the scene that is written.
 struct Scenes<'a> {
     read: &'a Scene,
     converted: &'a Scene,
@@ -54,7 +54,8 @@ struct Scenes<'a> {
     is_bare: bool,
 }
 
-/// An error with a reason of the format, or a file that is read back to the scene, as `verify` sees it.
+/// Checks for an error that the format explains, or for a file that can be read back and that `verify` accepts as the
+/// scene.
 fn round_trip(scenes: &Scenes<'_>, format: Format, exporter: &Exporter) {
     let scene = scenes.converted;
     // Two keys may be hours apart, with a row for each frame between them.
@@ -65,7 +66,7 @@ fn round_trip(scenes: &Scenes<'_>, format: Format, exporter: &Exporter) {
         Ok(written) => written,
         Err(error) => return assert_reason(format, &error),
     };
-    // What a format cannot hold, such as scales in BVH, is left out with a warning.
+    // Data that a format cannot store, such as scales in BVH, is omitted with a warning.
     let is_whole = scenes.is_bare && written.warnings.is_empty();
     let bytes = written.into_bytes().expect("the usual files stand alone");
     match format {
@@ -77,7 +78,7 @@ fn round_trip(scenes: &Scenes<'_>, format: Format, exporter: &Exporter) {
     let extension = FormatInfo::of(format).extensions[0];
     let again = match importer.read(&bytes, format!("written.{extension}")) {
         Ok(again) => again,
-        // A name becomes longer where it had no letters that text has, and a group is a node of its own.
+        // A name without letters for text becomes longer, and a group becomes a node.
         Err(error) if error.code() == Code::LimitExceeded => return,
         Err(error) => panic!("{format}: what was written is refused: {error}"),
     };
@@ -90,7 +91,7 @@ fn round_trip(scenes: &Scenes<'_>, format: Format, exporter: &Exporter) {
     }
 }
 
-/// A writer refuses what its format cannot hold, and nothing else.
+/// A writer refuses only data that its format cannot store.
 fn assert_reason(format: Format, error: &Error) {
     let is_reason = matches!(
         error.code(),
@@ -100,9 +101,9 @@ fn assert_reason(format: Format, error: &Error) {
             | Code::ErrorBound
             | Code::LimitExceeded
             | Code::NotHumanoid
-            // A VRM animation is in metres, and nobody has said what the scene is in.
+            // A VRM animation is in metres, but the scene states no unit.
             | Code::UnknownUnit
-            // A file that is kept whole is read further than its motion needs.
+            // If a file is kept whole, the reader reads more than the motion needs.
             | Code::InvalidGltf
     );
     assert!(is_reason, "{format}: no reason to refuse a scene: {error}");
@@ -124,31 +125,32 @@ fn check_counts(scene: &Scene, again: &Scene, format: Format) {
             );
         }
         Format::Bvh => assert!(joints(again) >= joints(scene), "{format}: joints were lost"),
-        // A node without a motion above all joints is a group there.
+        // A node without motion above all joints is a group in this format.
         Format::Mclip | Format::Usd => assert_eq!(again.nodes.len(), scene.nodes.len(), "{format}: nodes were lost"),
         _ => (),
     }
 }
 
-/// The largest distance of a joint of a written file from its position in the scene, in metres, and for each metre of
-/// the size of the scene. 32 bits have seven digits, of which a chain of joints loses two.
+/// The largest distance of a joint in a written file from its position in the scene, in metres, and per metre of the
+/// scene's size. Single precision has seven digits, of which a chain of joints loses two.
 const FARTHEST: f64 = 1e-3;
 /// See [`FARTHEST`].
 const FARTHEST_OF_SIZE: f64 = 1e-5;
-/// Scenes of which `verify` is asked, in metres: larger and smaller scenes have a different precision than motions.
+/// The sizes of scenes that `verify` compares, in metres: larger and smaller scenes have another precision than
+/// motions.
 const SIZES: std::ops::RangeInclusive<f64> = 0.01..=1e4;
 
-/// The largest error of packed clips, in metres: a motion that is smaller is no motion in them.
+/// The largest error of packed clips, in metres: packed clips do not keep smaller motions.
 const CLOSE: f64 = 1e-6;
 
-/// What was written is what the scene is, in the eyes of `verify`.
+/// `verify` accepts the written file as the scene.
 fn check_verdict(scenes: &Scenes<'_>, bytes: &[u8], format: Format) {
     let size = size(scenes.converted);
     if !SIZES.contains(&size) {
         return;
     }
     let mut source = Cow::Borrowed(scenes.read);
-    // Of several clips these have the first.
+    // These formats have only the first of several clips.
     if matches!(format, Format::Bvh | Format::Mclip) && source.animations.len() > 1 {
         source.to_mut().animations.truncate(1);
     }
@@ -164,8 +166,8 @@ fn check_verdict(scenes: &Scenes<'_>, bytes: &[u8], format: Format) {
     }
 }
 
-/// The lengths of all links together, with the farthest position of each joint; or how far a joint is at rest, where
-/// scales make that more.
+/// The sum of the lengths of all links, with the farthest position of each joint; or the largest distance of a joint at
+/// rest, if scales make it larger.
 fn size(scene: &Scene) -> f64 {
     let world = Pose::rest(scene).node_to_world;
     let lengths = world
@@ -183,14 +185,14 @@ fn size(scene: &Scene) -> f64 {
     scaled.max(rest + farthest.sum::<f64>())
 }
 
-/// A glTF file that another reader takes, with the nodes of the scene.
+/// A glTF file that another reader accepts, with the nodes of the scene.
 fn check_gltf(scene: &Scene, glb: &[u8]) {
     let file = match ::gltf::Gltf::from_slice(glb) {
         // Invalid data in an input with meshes does not change.
         Err(_) if scene.original.is_some() => return,
         file => file.expect("what was exported is valid glTF"),
     };
-    // The group above several roots is none of a file that is kept.
+    // A kept file does not have the group above several roots.
     let is_added = |node: &Node| node.kind == NodeKind::Group && node.parent.is_none() && node.name == "Roots";
     let added = usize::from(scene.original.is_some() && scene.nodes.first().is_some_and(is_added));
     assert!(file.nodes().len() + added >= scene.nodes.len());
@@ -199,8 +201,8 @@ fn check_gltf(scene: &Scene, glb: &[u8]) {
     assert!(written <= scene.animations.len() && (written >= 1 || !moves(scene)));
 }
 
-/// JSON has no number that is not finite: `null` stands for it, and for nothing else in what is written. Of a file that
-/// was kept only the animations are written; what else stands in it is the input's own, `null` too.
+/// JSON has only finite numbers: a written file has `null` for other numbers, and for nothing else. In a kept file,
+/// only the animations are written; the rest comes from the input, and may contain `null`.
 fn assert_finite(scene: &Scene, file: &::gltf::Gltf, glb: &[u8]) {
     let length = glb.get(12..16).and_then(|four| four.first_chunk().copied());
     let json = &glb[20..20 + u32::from_le_bytes(length.expect("a chunk has a length")) as usize];
@@ -217,7 +219,7 @@ fn assert_finite(scene: &Scene, file: &::gltf::Gltf, glb: &[u8]) {
         let Some(view) = accessor.view().filter(|_| is_float && is_written) else {
             continue;
         };
-        // A file without a chunk of its own has its buffer in a data URI.
+        // A file without a binary chunk has its buffer in a data URI.
         if !matches!(view.buffer().source(), ::gltf::buffer::Source::Bin) {
             continue;
         }
@@ -237,7 +239,7 @@ fn has_null(value: &serde_json::Value) -> bool {
     }
 }
 
-/// Frames of all joints, beyond which what is written frame by frame takes more memory than an input may.
+/// The largest number of frames times joints: more would use too much memory in formats that store every frame.
 const MOST_ROWS: usize = 2000;
 
 fn rows(scene: &Scene) -> usize {
@@ -286,7 +288,7 @@ fn check_bvh(scene: &Scene, again: &Scene) {
     assert_eq!(frames(again), frames(scene), "frames were lost");
 }
 
-/// FBX as each program wants it.
+/// FBX for each program.
 const FBX_OPTIONS: [fn() -> FbxOptions; 6] = [
     || FbxOptions::of_target(FbxTarget::Unreal),
     || FbxOptions::of_target(FbxTarget::Unity),

@@ -1,4 +1,4 @@
-//! The structs of Assimp 5.2.5 as they lie in memory, with its names. A test holds each against Assimp's headers.
+//! The structs of Assimp 5.2.5 with their memory layout and their names. A test compares each with Assimp's headers.
 
 // The names are Assimp's.
 #![allow(non_camel_case_types)]
@@ -6,7 +6,7 @@
 use std::ffi::{c_char, c_void};
 use std::ptr;
 
-/// Row after row, for column vectors: the translation stands at the end of the first three rows.
+/// In row-major order, for column vectors: the first three rows end with the translation.
 pub(crate) type aiMatrix4x4 = [[f32; 4]; 4];
 pub(crate) type aiMatrix3x3 = [[f32; 3]; 3];
 pub(crate) type aiVector2D = [f32; 2];
@@ -15,7 +15,7 @@ pub(crate) type aiVector3D = [f32; 3];
 pub(crate) type aiQuaternion = [f32; 4];
 pub(crate) type aiColor4D = [f32; 4];
 
-/// Declares the structs, and for the test their sizes and the places of their fields.
+/// Declares the structs, and the sizes and field offsets for the test.
 macro_rules! structs {
     ($($(#[$attribute:meta])* $name:ident { $($field:ident: $type:ty,)* })*) => {
         $(
@@ -322,11 +322,11 @@ structs! {
     }
 }
 
-/// What `aiScene::mPrivate` points to. No header has it; it is what Assimp 5.2.5 allocates and reads, 16 bytes.
+/// The target of `aiScene::mPrivate`. No header declares it; Assimp 5.2.5 allocates and reads these 16 bytes.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub(crate) struct ScenePrivate {
-    /// The `Assimp::Importer` that `aiReleaseImport` destroys; NULL for a scene that belongs to nobody.
+    /// The `Assimp::Importer` that `aiReleaseImport` destroys; NULL for a scene without an importer.
     pub(crate) importer: *mut c_void,
     /// The steps that were run on the scene.
     pub(crate) steps: u32,
@@ -358,17 +358,17 @@ pub(crate) const METADATA_FLOAT: i32 = 3;
 pub(crate) const METADATA_STRING: i32 = 5;
 pub(crate) const METADATA_METADATA: i32 = 7;
 
-/// `aiScene::mFlags`: not everything that the file holds is there; faces share vertices.
+/// Flags of `aiScene::mFlags`: the scene lacks parts of the file; faces share vertices.
 pub(crate) const SCENE_INCOMPLETE: u32 = 1;
 pub(crate) const SCENE_NON_VERBOSE: u32 = 8;
 
 impl aiString {
-    /// A string, cut where Assimp cuts it.
+    /// A string, cut to Assimp's length limit.
     pub(crate) fn new(text: &str) -> Self {
         Self::from_bytes(text.as_bytes())
     }
 
-    /// The same of bytes.
+    /// A string of bytes, cut to Assimp's length limit.
     pub(crate) fn from_bytes(bytes: &[u8]) -> Self {
         let bytes = &bytes[..bytes.len().min(MAXLEN - 1)];
         let mut data = [0; MAXLEN];
@@ -379,7 +379,7 @@ impl aiString {
         }
     }
 
-    /// The text up to its zero byte; what is not UTF-8 is replaced.
+    /// The text up to its zero byte; invalid UTF-8 is replaced.
     pub(crate) fn to_text(self) -> String {
         let length = self.data.iter().position(|&byte| byte == 0).unwrap_or(MAXLEN);
         String::from_utf8_lossy(&self.data[..length]).into_owned()

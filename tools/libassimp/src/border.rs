@@ -1,4 +1,4 @@
-//! The wall between Rust and C: failures become a string, and no panic passes.
+//! The border between Rust and C: errors become strings, and no panic crosses it.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -8,11 +8,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::system::calls;
 
 thread_local! {
-    /// Why the last call of this thread that failed did so.
+    /// The error text of the last failed call of this thread.
     static LAST_FAILURE: RefCell<Option<CString>> = const { RefCell::new(None) };
 }
 
-/// Runs `call`; where it fails or panics, remembers why for the thread and returns `otherwise`.
+/// Runs `call`. If it fails or panics, keeps the error text for the thread and returns `otherwise`.
 pub(crate) fn guard<T>(otherwise: T, call: impl FnOnce() -> Result<T, String>) -> T {
     caught(call).unwrap_or_else(|message| {
         LAST_FAILURE.with_borrow_mut(|last| *last = Some(message));
@@ -20,9 +20,9 @@ pub(crate) fn guard<T>(otherwise: T, call: impl FnOnce() -> Result<T, String>) -
     })
 }
 
-/// Runs `call`; where it fails or panics, says why in a string for C.
+/// Runs `call`. If it fails or panics, returns the error text as a string for C.
 pub(crate) fn caught<T>(call: impl FnOnce() -> Result<T, String>) -> Result<T, CString> {
-    // Nothing outlives a failed call but the memory of the caller, which is written last.
+    // Only the caller's memory outlives a failed call, and `call` writes it last.
     let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(describe(&*panic)));
     result.map_err(|message| {
         let before_zero = message.split('\0').next().unwrap_or_default();
@@ -36,7 +36,8 @@ fn describe(panic: &(dyn Any + Send)) -> String {
     format!("a defect of the library: {}", message.unwrap_or("of unknown kind"))
 }
 
-/// The text of the last failed import or export of this thread; empty if there was none. It is valid until the next.
+/// The text of the last failed import or export of this thread; empty if there was none. It is valid until the next
+/// failed call.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetErrorString() -> *const c_char {
     LAST_FAILURE.with_borrow(|text| text.as_deref().unwrap_or(c"").as_ptr())
@@ -54,7 +55,7 @@ pub(crate) unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a CSt
     Ok(unsafe { CStr::from_ptr(text) })
 }
 
-/// The bytes at a pointer; none at NULL.
+/// The bytes at a pointer; no bytes for NULL.
 ///
 /// # Safety
 /// `first` is NULL or points to `size` bytes.
@@ -66,7 +67,7 @@ pub(crate) unsafe fn bytes<'a>(first: *const u8, size: usize) -> &'a [u8] {
     }
 }
 
-/// The text of the last failure of the system's Assimp; empty if there was none.
+/// The text of the last error of the system's Assimp; empty if there was none.
 pub(crate) fn error_text_of_system() -> String {
     // SAFETY: the function gives a string, which is copied before anything else is called.
     unsafe {

@@ -1,4 +1,4 @@
-//! File systems that a C program makes of functions: `aiFileIO`.
+//! File systems whose functions a C program provides: `aiFileIO`.
 
 use std::ffi::CStr;
 
@@ -27,7 +27,7 @@ pub(crate) unsafe fn read(files: *mut aiFileIO, path: &CStr, most: usize) -> Opt
     }
 }
 
-/// Imports by the function of the system's Assimp that takes such a file system. The scene is the caller's.
+/// Imports with the function of the system's Assimp that takes such a file system. The caller owns the scene.
 ///
 /// # Safety
 /// As [`read`].
@@ -62,7 +62,7 @@ pub(crate) unsafe fn import(
             let text = calls::error_text()?();
             return Err(CStr::from_ptr(text).to_string_lossy().into_owned());
         }
-        // The scene belongs to an importer, which gives it away before it is deleted.
+        // The scene belongs to an importer, which gives up the scene before the importer is deleted.
         let private: *mut ScenePrivate = (*scene).mPrivate;
         let importer = std::mem::replace(&mut (*private).importer, std::ptr::null_mut());
         calls::orphaned_scene()?(importer);

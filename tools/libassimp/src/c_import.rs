@@ -10,7 +10,7 @@ use crate::request::Input;
 use crate::system_importer::Steps;
 use crate::{importer, to_assimp};
 
-/// Reads a file. Returns NULL where that fails; `aiGetErrorString` says why. [`aiReleaseImport`] frees the scene.
+/// Reads a file. Returns NULL on failure; `aiGetErrorString` has the reason. [`aiReleaseImport`] frees the scene.
 ///
 /// # Safety
 /// `path` is NULL or ends with a zero byte.
@@ -20,7 +20,7 @@ pub(crate) unsafe extern "C" fn aiImportFile(path: *const c_char, flags: u32) ->
     unsafe { aiImportFileExWithProperties(path, flags, ptr::null_mut(), ptr::null()) }
 }
 
-/// As [`aiImportFile`], from a file system of the caller's own.
+/// As [`aiImportFile`], from a file system of the caller.
 ///
 /// # Safety
 /// `path` is NULL or ends with a zero byte, and `files` is NULL or a file system.
@@ -97,7 +97,7 @@ pub(crate) unsafe extern "C" fn aiImportFileFromMemoryWithProperties(
     })
 }
 
-/// Imports with an importer of the scene's own, which `aiReleaseImport` finds by the scene.
+/// Imports with a new importer for this scene, which `aiReleaseImport` finds through the scene.
 ///
 /// # Safety
 /// As [`import`].
@@ -140,7 +140,7 @@ pub(crate) unsafe extern "C" fn aiReleaseImport(scene: *const aiScene) {
     }
 }
 
-/// Runs steps on a scene of an import. Returns the scene, or NULL where they fail: then it is freed.
+/// Runs steps on a scene of an import. Returns the scene; if a step fails, frees the scene and returns NULL.
 ///
 /// # Safety
 /// `scene` is NULL or comes from an import.
@@ -151,7 +151,7 @@ pub(crate) unsafe extern "C" fn aiApplyPostProcessing(scene: *const aiScene, fla
 }
 
 /// `aiApplyCustomizedPostProcessing(const aiScene *scene, BaseProcess *process, bool validate)`, as
-/// [`aiApplyPostProcessing`] with a step of the program's.
+/// [`aiApplyPostProcessing`] with a step of the program.
 ///
 /// # Safety
 /// `scene` is NULL or comes from an import, and `process` is NULL or a step.
@@ -165,7 +165,7 @@ pub(crate) unsafe extern "C" fn _Z31aiApplyCustomizedPostProcessingPK7aiScenePN6
     unsafe { apply(scene, (!process.is_null()).then_some(Steps::Process(process, validate))) }
 }
 
-/// Frees a scene that belongs to nobody: a copy, or one that the program made.
+/// Frees a scene without an importer: a copy, or a scene that the program made.
 ///
 /// # Safety
 /// `scene` is NULL or such a scene, and is not used any more.

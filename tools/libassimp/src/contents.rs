@@ -1,4 +1,5 @@
-//! What a file holds, by its first bytes, else by its extension: motion, a scene, or what is not read here.
+//! Determines the content of a file by its first bytes, else by its extension: motion, a scene, or a format that this
+//! library does not read.
 
 use std::ffi::{CStr, OsStr};
 use std::fs::File;
@@ -10,26 +11,26 @@ use crate::c_files;
 use crate::gltf;
 use crate::request::{Input, Request, unable_to_open};
 
-/// What to do with a file.
+/// The kind of a file, which determines its reader.
 pub(crate) enum Contents {
-    /// A format of motion, which is read here.
+    /// A format of motion, which this library reads.
     Motion,
-    /// glTF or FBX without meshes, which is read here.
+    /// glTF or FBX without meshes, which this library reads.
     Scene,
-    /// glTF or FBX with meshes, whose materials are not read here.
+    /// glTF or FBX with meshes, whose materials this library does not read.
     WithMeshes,
     /// Another format; the name of the file.
     Other(String),
 }
 
-/// The first bytes, which tell a format.
+/// The first bytes, which identify a format.
 const HEAD: usize = 64 << 10;
 
-/// Extensions of the formats that are read here, without glTF's and FBX's.
+/// Extensions of the formats that this library reads, except glTF and FBX.
 const MOTION: [&str; 6] = ["bvh", "asf", "amc", "c3d", "trc", "bip"];
 
 /// # Safety
-/// What the input and the handlers point to is what their types say.
+/// The pointers of the input and of the handlers point to values of their types.
 pub(crate) unsafe fn of(request: &Request<'_>) -> Result<Contents, String> {
     let (name, extension) = match request.input {
         Input::File(path) | Input::FileOf(_, path) => (path.to_string_lossy().into_owned(), extension(path)),
@@ -105,7 +106,8 @@ fn extension(path: &CStr) -> String {
     extension.unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Whether an FBX file has an array of vertices: a node of this name, in binary files with its length before it.
+/// Whether an FBX file has an array of vertices: a node of this name. In binary files, the length of the name precedes
+/// it.
 fn fbx_has_meshes(bytes: &[u8]) -> bool {
     let is_binary = bytes.starts_with(b"Kaydara");
     let name: &[u8] = if is_binary { b"\x08Vertices" } else { b"Vertices:" };

@@ -1,20 +1,20 @@
-//! `std::string` of the GNU C++ library, as it lies in memory.
+//! The memory layout of `std::string` in the GNU C++ library.
 
 use std::ffi::{CStr, c_char};
 use std::ptr;
 
 use crate::heap;
 
-/// A string. Strings of up to 15 bytes stand in the string itself, so it must not be moved once it is made.
+/// A string. It contains texts of up to 15 bytes itself, so it must not move after its construction.
 #[repr(C)]
 pub(crate) struct StdString {
     first: *mut u8,
     length: usize,
-    /// The text, or how much room there is at `first`.
+    /// The text, or the capacity at `first`.
     local: [u8; LOCAL],
 }
 
-/// Bytes in the string itself, the zero byte included.
+/// The bytes that the string itself can hold, including the zero byte.
 const LOCAL: usize = 16;
 
 impl StdString {

@@ -1,6 +1,6 @@
-//! What the destructors of Assimp's structs do: free all that a thing owns, but not the thing.
+//! The destructors of Assimp's structs: they free everything that a struct owns, but not the struct.
 //!
-//! It is read from the scene what there is to free, as C++ does it: a program may have put things of its own there.
+//! As in C++, the destructors follow the scene's pointers, because a program may have added its own data.
 
 use crate::abi::{
     METADATA_METADATA, aiAnimMesh, aiAnimation, aiBone, aiExportDataBlob, aiMaterial, aiMaterialProperty, aiMesh,
@@ -41,7 +41,7 @@ pub(crate) unsafe fn scene(scene: &mut aiScene) {
 /// # Safety
 /// As [`scene`].
 pub(crate) unsafe fn node(node: &mut aiNode) {
-    // A graph may be deeper than the stack allows calls to be.
+    // A graph may be too deep for recursive calls.
     // SAFETY: the caller promises it.
     let mut open = unsafe { take_children(node) };
     while let Some(child) = open.pop() {
@@ -55,7 +55,7 @@ pub(crate) unsafe fn node(node: &mut aiNode) {
     }
 }
 
-/// Frees a node's arrays; its children are the caller's then.
+/// Frees a node's arrays; the caller then owns its children.
 ///
 /// # Safety
 /// As [`scene`].
@@ -170,7 +170,7 @@ unsafe fn metadata(metadata: *mut aiMetadata) {
     }
 }
 
-/// `delete` of a blob and all that follow it.
+/// `delete` of a blob and all following blobs.
 ///
 /// # Safety
 /// As [`scene`]; NULL is allowed.
@@ -186,7 +186,7 @@ pub(crate) unsafe fn blobs(first: *mut aiExportDataBlob) {
     }
 }
 
-/// `delete`s what each of `count` pointers leads to, then the pointers.
+/// `delete`s the targets of `count` pointers, then the pointers.
 ///
 /// # Safety
 /// As [`scene`].

@@ -1,5 +1,5 @@
-//! From a scene to files and blobs. glTF 2.0 of what a motion has is written here; every other format, and a scene with
-//! more than that, is handed to the system's Assimp.
+//! Writes scenes to files and blobs. This library writes glTF 2.0 of skeletons and motions. It passes every other
+//! format, and scenes with other content, to the system's Assimp.
 
 use std::ffi::{OsStr, c_char, c_void};
 use std::os::unix::ffi::OsStrExt;
@@ -14,7 +14,7 @@ use crate::border::{error_text_of_system, guard, text};
 use crate::system::calls;
 use crate::{destroy, from_assimp, heap};
 
-/// The formats that are written here, by Assimp's ids for them.
+/// The formats that this library writes, by Assimp's ids.
 #[derive(Clone, Copy)]
 enum Format {
     Text,
@@ -40,7 +40,8 @@ static FORMATS: Table = Table([
     },
 ]);
 
-/// How many formats are written, here and by the system's Assimp, which includes the formats of this library.
+/// The number of formats that this library and the system's Assimp write. The system's Assimp has all formats of this
+/// library.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
     match calls::export_format_count() {
@@ -50,7 +51,7 @@ pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
     }
 }
 
-/// What a format is called; NULL beyond the last.
+/// The description of a format; NULL beyond the last.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatDescription(index: usize) -> *const aiExportFormatDesc {
     if index >= aiGetExportFormatCount() {
@@ -63,7 +64,7 @@ pub(crate) extern "C" fn aiGetExportFormatDescription(index: usize) -> *const ai
     }
 }
 
-/// Gives a description back.
+/// Returns a description to the library.
 ///
 /// # Safety
 /// `description` is NULL or comes from [`aiGetExportFormatDescription`], and is not used any more.
@@ -93,7 +94,7 @@ pub(crate) unsafe extern "C" fn aiExportScene(
     unsafe { aiExportSceneEx(scene, format, path, ptr::null_mut(), flags) }
 }
 
-/// As [`aiExportScene`], into a file system of the caller's own: then the system's Assimp writes.
+/// As [`aiExportScene`], into a file system of the caller; the system's Assimp then writes the file.
 ///
 /// # Safety
 /// As [`aiExportScene`], and `files` is NULL or a file system.
@@ -126,8 +127,8 @@ pub(crate) unsafe extern "C" fn aiExportSceneEx(
     })
 }
 
-/// Writes a scene into memory, as one blob without a name, or as the system's Assimp does it; `gltf2` carries its
-/// buffer in itself. [`aiReleaseExportBlob`] frees it.
+/// Writes a scene into memory, as one blob without a name, or as the system's Assimp does; `gltf2` contains its buffer.
+/// [`aiReleaseExportBlob`] frees it.
 ///
 /// # Safety
 /// `scene` is NULL or a whole scene; `format` is NULL or ends with a zero byte.
@@ -167,7 +168,7 @@ pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
     })
 }
 
-/// Frees a blob, and all that follow it.
+/// Frees a blob and all following blobs.
 ///
 /// # Safety
 /// `blob` is NULL or comes from [`aiExportSceneToBlob`], and is not used any more.
@@ -177,7 +178,7 @@ pub(crate) unsafe extern "C" fn aiReleaseExportBlob(blob: *const aiExportDataBlo
     unsafe { destroy::blobs(blob.cast_mut()) };
 }
 
-/// What is written here of a scene; else why it is not.
+/// The bytes that this library writes for a scene, or the reason why it does not write the scene.
 ///
 /// # Safety
 /// `scene` is NULL or a whole scene; `id` ends with a zero byte.
@@ -201,7 +202,7 @@ unsafe fn own(scene: *const aiScene, id: *const c_char) -> Result<(Document, For
     Ok((document, format))
 }
 
-/// Why a scene was not written at all.
+/// The reason why neither library wrote a scene.
 fn not_written(own: Option<String>, system: &str) -> String {
     match own {
         Some(own) => format!("{own}; {system}"),
@@ -228,7 +229,7 @@ fn write(document: &Document, format: Format, path: &Path) -> mocap::Result<()> 
                 set.add_beside(path, &name, [bin])?;
             }
             set.add(path, [text.as_slice()]);
-            // Assimp replaces what is there.
+            // Assimp replaces existing files.
             set.save(&ReplacePolicy::default().force(true))
         }
     }

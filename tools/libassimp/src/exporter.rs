@@ -1,5 +1,5 @@
-//! `Assimp::Exporter`: the class of the system's Assimp. Where there is none it has the formats that the C functions
-//! write, and writes nothing.
+//! `Assimp::Exporter`: the class of the system's Assimp. Without that library, the class lists the formats of the C
+//! functions, and writes nothing.
 
 use std::ffi::{c_char, c_void};
 use std::ptr;

@@ -1,4 +1,4 @@
-//! The extensions of the files that are read, here or by the system's Assimp.
+//! The extensions of the files that this library or the system's Assimp reads.
 
 use std::ffi::c_char;
 
@@ -8,7 +8,7 @@ use crate::abi::aiString;
 use crate::border::{guard, text};
 use crate::system::calls;
 
-/// 1 if files with this extension are read, with or without its dot, here or by the system's Assimp; else 0.
+/// 1 if this library or the system's Assimp reads files with this extension, else 0. The dot may be missing.
 ///
 /// # Safety
 /// `extension` is NULL or ends with a zero byte.
@@ -28,7 +28,7 @@ pub(crate) unsafe extern "C" fn aiIsExtensionSupported(extension: *const c_char)
     })
 }
 
-/// The extensions that are read, here or by the system's Assimp, as in `*.bvh;*.asf`.
+/// The extensions that this library or the system's Assimp reads, in the form `*.bvh;*.asf`.
 ///
 /// # Safety
 /// `list` is NULL or the place of an `aiString`.

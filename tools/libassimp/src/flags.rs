@@ -1,4 +1,4 @@
-//! Assimp's post-processing flags, and which steps of `mocap` they are.
+//! Assimp's post-processing flags, and the corresponding steps of `mocap`.
 
 use std::ffi::CStr;
 
@@ -21,8 +21,8 @@ const OPTIMIZE_GRAPH: u32 = 0x40_0000;
 const DEBONE: u32 = 0x400_0000;
 const GLOBAL_SCALE: u32 = 0x800_0000;
 
-/// Flags that change a skeleton's scene in a way that is not offered here: the system's Assimp runs them. All others
-/// change nothing in it: they are about texture coordinates, polygons, materials or large meshes, which it does not
+/// Flags that change the scene of a skeleton in a way that this library lacks; the system's Assimp runs them. Other
+/// flags change nothing: they affect texture coordinates, polygons, materials or large meshes, which the scene does not
 /// have.
 const FOREIGN: &[(u32, &str)] = &[
     (0x4, "aiProcess_MakeLeftHanded"),
@@ -36,7 +36,7 @@ const FOREIGN: &[(u32, &str)] = &[
     (0x8000_0000, "aiProcess_GenBoundingBoxes"),
 ];
 
-/// Settings of steps that are honoured here as they are by default alone.
+/// Settings of steps for which this library supports only the default values.
 const SETTINGS: &[(u32, &CStr, &str)] = &[
     (SORT_BY_P_TYPE, c"PP_SBP_REMOVE", "PP_SBP_REMOVE"),
     (FIND_DEGENERATES, c"PP_FD_REMOVE", "PP_FD_REMOVE"),
@@ -46,10 +46,10 @@ const SETTINGS: &[(u32, &CStr, &str)] = &[
     (GLOBAL_SCALE, c"GLOBAL_SCALE_FACTOR", "GLOBAL_SCALE_FACTOR"),
 ];
 
-/// Bones that move a vertex, at most, after `aiProcess_LimitBoneWeights`.
+/// The largest number of bones that move a vertex after `aiProcess_LimitBoneWeights`.
 const MOST_WEIGHTS: usize = 4;
 
-/// A flag that is not a step of this library, if there is one among these.
+/// The first of these flags that is no step of this library, if any.
 pub(crate) fn foreign(flags: u32) -> Option<&'static str> {
     FOREIGN
         .iter()
@@ -57,7 +57,7 @@ pub(crate) fn foreign(flags: u32) -> Option<&'static str> {
         .map(|(_, name)| *name)
 }
 
-/// What only the system's Assimp can do to this scene, if anything is.
+/// The work on this scene that only the system's Assimp can do, if any.
 pub(crate) fn foreign_for(flags: u32, properties: &Properties, scene: &Scene) -> Option<&'static str> {
     let setting = SETTINGS
         .iter()
@@ -78,7 +78,7 @@ fn has_many_weights(scene: &Scene) -> bool {
     })
 }
 
-/// Whether no two of these flags exclude each other.
+/// Whether all of these flags are compatible with each other.
 pub(crate) fn validate(flags: u32) -> bool {
     let both = |left, right| flags & left != 0 && flags & right != 0;
     !both(GEN_NORMALS, GEN_SMOOTH_NORMALS) && !both(OPTIMIZE_GRAPH, PRE_TRANSFORM_VERTICES)
@@ -107,7 +107,7 @@ pub(crate) fn run(scene: &mut Scene, flags: u32) -> Result<(), String> {
     Ok(())
 }
 
-/// What `aiScene::mFlags` says after these steps.
+/// The value of `aiScene::mFlags` after these steps.
 pub(crate) fn of_scene(flags: u32) -> u32 {
     if flags & JOIN_IDENTICAL_VERTICES == 0 {
         0

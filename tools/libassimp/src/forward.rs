@@ -1,9 +1,10 @@
-//! Functions that the system's Assimp has and this library has not, and the tables of C++ classes.
+//! Functions that only the system's Assimp has, and the tables of C++ classes.
 //!
-//! Each such symbol is a stub, two instructions that jump to where its entry points. At first that is a routine which
-//! opens the system's Assimp, looks the symbol up, and writes its address into the entry. Arguments of every type and
-//! number pass through untouched. A program that calls such a function without another Assimp is ended with a string,
-//! as the dynamic linker does for a missing symbol. Nothing could be returned to it.
+//! Each such symbol is a stub: two instructions that jump to the address in its entry. At first, this is the address of
+//! a routine that opens the system's Assimp, looks the symbol up, and writes the symbol's address into the entry.
+//! Arguments of every type and number pass unchanged. A call of such a function without the system's Assimp ends the
+//! program with a message, because no return value would be right. The dynamic linker does the same for a missing
+//! symbol.
 
 mod functions;
 pub(crate) mod objects;
@@ -14,12 +15,12 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 
 use crate::system::system;
 
-/// What a stub jumps through. The assembler code below counts on the first field.
+/// The entry of a stub. The assembler code below needs `target` as the first field.
 #[repr(C)]
 pub(crate) struct Entry {
     target: AtomicPtr<c_void>,
     symbol: &'static CStr,
-    /// For a virtual function without a symbol: its word in the table that the symbol is.
+    /// For a virtual function without a symbol: its index in the table of the symbol.
     word: Option<usize>,
 }
 
@@ -41,8 +42,8 @@ impl Entry {
     }
 }
 
-/// Gives `Entry`'s target for the first time, then jumps there. Called by a stub, with the entry's address in `r11`,
-/// which belongs to nobody between a caller and a function. All registers that arguments may be in are kept.
+/// Sets the target of an `Entry`, then jumps to it. A stub calls this routine with the entry's address in `r11`, which
+/// calls do not preserve. The routine keeps all registers that may hold arguments.
 #[unsafe(naked)]
 unsafe extern "C" fn find_target() {
     std::arch::naked_asm!(
@@ -91,7 +92,7 @@ unsafe extern "C" fn find_target() {
     )
 }
 
-/// Where a stub leads. Ends the process where that is nowhere.
+/// The target of a stub. Ends the process if there is no target.
 extern "C" fn target_of(entry: &Entry) -> *const c_void {
     let target = system().and_then(|system| {
         let missing = || Err("it has no such symbol".to_owned());

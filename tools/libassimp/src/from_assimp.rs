@@ -1,4 +1,4 @@
-//! A scene of Assimp's shape, as a program hands it over, as a scene of `mocap`.
+//! Converts Assimp's scene of a program to a scene of `mocap`.
 
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};
@@ -11,10 +11,10 @@ use crate::abi::{
 use crate::border::slice;
 use crate::material::{aiGetMaterialIntegerArray, aiGetMaterialString};
 
-/// The deepest graph that is followed; a deeper one is a circle.
+/// The largest depth of a graph; a deeper graph counts as circular.
 const MAX_DEPTH: usize = 4096;
 
-/// Copies a scene. Fails where `mocap` has no word for something in it.
+/// Copies a scene. Fails if `mocap` cannot represent something in it.
 ///
 /// # Safety
 /// `scene` is NULL or a scene whose counts and pointers fit together.
@@ -46,7 +46,7 @@ pub(crate) unsafe fn scene(scene: *const aiScene) -> Result<Scene, String> {
     }
 }
 
-/// Fails where a scene has something that `mocap` has no word for, and that is no part of a motion.
+/// Fails if a scene has something that `mocap` cannot represent, and that is no part of a motion.
 ///
 /// # Safety
 /// `scene` is a scene whose counts and pointers fit together.
@@ -91,7 +91,7 @@ pub(crate) unsafe fn check_nothing_is_lost(scene: &aiScene) -> Result<(), String
     Ok(())
 }
 
-/// What an array of pointers points to.
+/// The values behind an array of pointers.
 ///
 /// # Safety
 /// `count` is 0, or `first` is NULL or points to `count` pointers, each NULL or to a value.
@@ -133,8 +133,8 @@ unsafe fn add_node(scene: &mut Scene, node: *const aiNode, parent: Option<NodeId
     Ok(())
 }
 
-/// Assimp's nodes do not say what they are. Its BVH importer calls an end site after its parent, and gives it neither
-/// children nor a channel.
+/// Assimp's nodes have no kind. Its BVH importer names an end site after its parent, and gives it neither children nor
+/// a channel.
 fn kind(scene: &Scene, name: &str, parent: Option<NodeId>, children: u32) -> NodeKind {
     let parent_name = parent.map(|parent| scene.nodes[parent.index()].name.as_str());
     let mut channels = scene.animations.iter().flat_map(|animation| &animation.channels);

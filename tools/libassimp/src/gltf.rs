@@ -1,4 +1,4 @@
-//! What the JSON of a glTF file tells without a reader: whether there are meshes, and whether its buffers are there.
+//! Checks the JSON of a glTF file without a reader: whether the file has meshes, and whether its buffers exist.
 
 use std::collections::BTreeSet;
 use std::ffi::{CString, OsStr};
@@ -23,7 +23,7 @@ struct Document {
 #[derive(Deserialize)]
 struct Buffer {
     uri: Option<String>,
-    /// Of meshopt, whose buffers may be stand-ins for what is decoded.
+    /// Extensions of meshopt, whose buffers may be placeholders for decoded data.
     extensions: Option<IgnoredAny>,
 }
 
@@ -32,7 +32,7 @@ struct BufferView {
     buffer: usize,
 }
 
-/// A file whose JSON cannot be read is left to the readers.
+/// For a file with unreadable JSON, the reader gives the error.
 fn document(bytes: &[u8]) -> Document {
     let json = match bytes.starts_with(b"glTF") {
         // A header of 12 bytes, then the length and the kind of the first chunk.
@@ -52,11 +52,11 @@ pub(crate) fn has_meshes(bytes: &[u8]) -> bool {
     !document(bytes).meshes.is_empty()
 }
 
-/// Refuses a glTF file that names a file of numbers which cannot be opened, with Assimp's text. The reader does without
-/// the bind poses of skins, and here the rest of the file would be a scene without its motion or its meshes.
+/// Refuses a glTF file whose buffer file cannot be opened, with Assimp's message. The reader itself accepts missing
+/// bind poses of skins. But without the buffer, the scene would lack its motion or its meshes.
 ///
 /// # Safety
-/// What the input and the handlers point to is what their types say.
+/// The pointers of the input and of the handlers point to values of their types.
 pub(crate) unsafe fn require_buffers(request: &Request<'_>) -> Result<(), String> {
     // SAFETY: the same promise.
     let document = document(&unsafe { contents::read(request, usize::MAX) }?);
@@ -71,7 +71,7 @@ pub(crate) unsafe fn require_buffers(request: &Request<'_>) -> Result<(), String
     Ok(())
 }
 
-/// The file that a buffer names as it is called on the disk. Names with escaped characters are left to the readers.
+/// The path of a buffer's file on the disk. The readers handle names with escaped characters.
 fn file_of(buffer: &Buffer) -> Option<&str> {
     let uri = buffer.uri.as_deref().filter(|_| buffer.extensions.is_none())?;
     (!uri.starts_with("data:") && !uri.contains('%')).then_some(uri)

@@ -1,5 +1,5 @@
-//! The heap of C++. A program may `delete` what it gets from here, and hand over what it has made with `new`, as it may
-//! with Assimp's own library.
+//! The heap of C++. As with Assimp's own library, a program may `delete` values of this library, and pass values that
+//! it made with `new`.
 
 use std::alloc::{Layout, handle_alloc_error};
 use std::ffi::c_void;
@@ -19,7 +19,7 @@ unsafe extern "C" {
     static NOTHROW: u8;
 }
 
-/// Bytes before an array of things that have a destructor: how many there are.
+/// The bytes before an array of values with a destructor; they hold the length of the array.
 const COUNT: usize = size_of::<usize>();
 
 /// `new T`
@@ -53,7 +53,7 @@ pub(crate) fn new_array<T: Copy>(values: &[T]) -> *mut T {
     first
 }
 
-/// `new T[]` of things with a destructor; NULL where there are none.
+/// `new T[]` of values with a destructor; NULL for an empty array.
 pub(crate) fn new_counted_array<T: Copy>(values: &[T]) -> *mut T {
     if values.is_empty() {
         return ptr::null_mut();
@@ -68,12 +68,12 @@ pub(crate) fn new_counted_array<T: Copy>(values: &[T]) -> *mut T {
     }
 }
 
-/// `new T*[]`, with each value in a block of its own.
+/// `new T*[]`, with each value in its own block.
 pub(crate) fn new_pointers<T: Copy>(values: Vec<T>) -> *mut *mut T {
     new_array(&values.into_iter().map(new).collect::<Vec<_>>())
 }
 
-/// `delete`, after whatever the destructor does.
+/// `delete`, after the work of the destructor.
 ///
 /// # Safety
 /// `block` is NULL or comes from `new`, and is not used any more.
@@ -82,7 +82,7 @@ pub(crate) unsafe fn delete<T>(block: *mut T) {
     unsafe { operator_delete(block.cast()) };
 }
 
-/// `delete[]` of things without a destructor.
+/// `delete[]` of values without a destructor.
 ///
 /// # Safety
 /// `first` is NULL or comes from `new[]`, and is not used any more.
@@ -91,10 +91,10 @@ pub(crate) unsafe fn delete_array<T>(first: *mut T) {
     unsafe { operator_delete_array(first.cast()) };
 }
 
-/// `delete[]` of things with a destructor, which `destroy` is.
+/// `delete[]` of values with the destructor `destroy`.
 ///
 /// # Safety
-/// `first` is NULL or comes from `new[]` of such things, and is not used any more.
+/// `first` is NULL or comes from `new[]` of such values, and is not used any more.
 pub(crate) unsafe fn delete_counted_array<T>(first: *mut T, destroy: impl Fn(&mut T)) {
     if first.is_null() {
         return;

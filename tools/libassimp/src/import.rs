@@ -1,8 +1,8 @@
-//! From a file to a scene.
+//! Reads a file into a scene.
 //!
-//! Motion is read here. Every other format is handed to the system's Assimp; so are glTF and FBX files that have
-//! meshes, whose textures and colours are not read here. Where it is absent or refuses such a file, the motion is read
-//! here all the same, and the scene says that it is incomplete.
+//! This library reads motion. It passes every other format to the system's Assimp, and also glTF and FBX files with
+//! meshes, because it reads no textures and colours. If the system's Assimp is missing or refuses such a file, this
+//! library still reads the motion, and marks the scene as incomplete.
 
 use std::ffi::{CStr, OsStr};
 use std::os::unix::ffi::OsStrExt;
@@ -17,10 +17,10 @@ use crate::request::{Input, Request, unable_to_open};
 use crate::system_importer::{Steps, SystemImporter};
 use crate::{flags, gltf, log, system, to_assimp};
 
-/// Imports a file. `system` gives the importer of the system's Assimp.
+/// Imports a file. `system` returns the importer of the system's Assimp.
 ///
 /// # Safety
-/// What the input and the handlers point to is what their types say.
+/// The pointers of the input and of the handlers point to values of their types.
 pub(crate) unsafe fn import<'s>(
     request: &Request<'_>,
     system: impl FnOnce() -> Result<&'s SystemImporter, String>,
@@ -67,7 +67,7 @@ pub(crate) unsafe fn import<'s>(
     }
 }
 
-/// Runs the steps: those that are here, or all by the system's Assimp where one is not.
+/// Runs the steps: with this library, or all of them with the system's Assimp if this library lacks a step.
 fn finish<'s>(
     scene: &Scene,
     scene_flags: u32,
@@ -119,7 +119,7 @@ unsafe fn forward(request: &Request<'_>, system: &SystemImporter) -> Result<*mut
     }
 }
 
-/// Reads glTF or FBX, whose other files must be there.
+/// Reads glTF or FBX; its other files must exist.
 ///
 /// # Safety
 /// As [`import`].
@@ -138,7 +138,7 @@ unsafe fn read(request: &Request<'_>) -> Result<Scene, String> {
         true => SkeletonMesh::None,
         false => SkeletonMesh::Skinned,
     };
-    // A program that counts on Assimp has its own way with a root whose OFFSET is left out.
+    // Programs that use Assimp handle a root without its OFFSET themselves.
     let importer = Importer::new()
         .skeleton_mesh(mesh)
         .collapse_keys(false)
@@ -168,7 +168,7 @@ unsafe fn read(request: &Request<'_>) -> Result<Scene, String> {
     Ok(scene)
 }
 
-/// Ticks as Assimp's reader of glTF has them: a thousand a second.
+/// Ticks as in Assimp's glTF reader: a thousand a second.
 fn in_milliseconds(scene: &mut Scene) {
     const TICKS_PER_SECOND: f64 = 1000.0;
     for animation in &mut scene.animations {

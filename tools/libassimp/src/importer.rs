@@ -1,8 +1,9 @@
-//! `Assimp::Importer`, the class that C++ programs import with. It keeps one scene, and frees it with itself.
+//! `Assimp::Importer`, the class with which C++ programs import files. It keeps one scene, and frees the scene with
+//! itself.
 //!
-//! The class has one field, a pointer to what stands behind it, and no virtual function. The names are those that the
-//! compiler makes of its methods: `C1` and `C2` are the constructor, `D1` and `D2` the destructor. A loader of the
-//! program's own is given the importer of the system's Assimp; its calls are passed on to there.
+//! The class has one field, a pointer to its state, and no virtual function. The compiler makes the symbol names from
+//! the methods: `C1` and `C2` are the constructor, `D1` and `D2` the destructor. A loader of the program receives the
+//! importer of the system's Assimp, to which its calls go.
 
 mod handlers;
 mod properties;
@@ -80,7 +81,7 @@ methods! {
     /// `const aiScene *GetScene() const`
     fn _ZNK6Assimp8Importer8GetSceneEv(state) -> *const aiScene | ptr::null() => state.scene
 
-    /// `aiScene *GetOrphanedScene()`: the scene, which is the program's from now on.
+    /// `aiScene *GetOrphanedScene()`: the scene, which the program owns from now on.
     fn _ZN6Assimp8Importer16GetOrphanedSceneEv(state) -> *mut aiScene | ptr::null_mut() => {
         state.failure = CString::default();
         std::mem::replace(&mut state.scene, ptr::null_mut())
@@ -89,10 +90,11 @@ methods! {
     /// `void FreeScene()`
     fn _ZN6Assimp8Importer9FreeSceneEv(state) -> () | () => state.free_scene()
 
-    /// `const char *GetErrorString() const`: why the last import failed, or an empty text. It is valid until the next.
+    /// `const char *GetErrorString() const`: the reason why the last import failed, or an empty text. It is valid until
+    /// the next import.
     fn _ZNK6Assimp8Importer14GetErrorStringEv(state) -> *const c_char | c"".as_ptr() => state.failure.as_ptr()
 
-    /// `const std::exception_ptr &GetException() const`: none, as failures are told by their text.
+    /// `const std::exception_ptr &GetException() const`: no exception, because errors only have a text.
     fn _ZNK6Assimp8Importer12GetExceptionEv(state) -> *const c_void | ptr::null() => {
         (&raw const state.exception).cast()
     }
@@ -117,7 +119,7 @@ methods! {
         }
     }
 
-    /// `bool ValidateFlags(unsigned flags) const`: whether all of these flags can be honoured.
+    /// `bool ValidateFlags(unsigned flags) const`: whether all of these flags can be applied.
     fn _ZNK6Assimp8Importer13ValidateFlagsEj(state, flags: u32) -> bool | false => {
         flags::validate(flags) && (flags::foreign(flags).is_none() || registry::validate(state, flags))
     }
@@ -148,7 +150,7 @@ pub(crate) unsafe fn delete(importer: *mut Importer) {
     }
 }
 
-/// Why the last import of `state` failed, as a string.
+/// The reason why the last import of `state` failed, as a string.
 pub(crate) fn failure(state: &State) -> &CStr {
     &state.failure
 }

@@ -1,10 +1,11 @@
 //! Assimp 5.2.5's binary interface over `mocap`.
 //!
-//! A program that was compiled against Assimp's headers runs with this library in place of Assimp's. Motion is read
-//! here; what is not read, written or done here is handed to the system's own Assimp, where there is one. The exported
-//! symbols have the names and the behaviour that the headers document; what differs stands in the README.
+//! A program that was compiled against Assimp's headers runs with this library in place of Assimp's. This library reads
+//! motion, and passes all other work to the system's own Assimp, if there is one. The exported symbols have the names
+//! and the behaviour that the headers document; the README lists the differences.
 
-// The interface matches Debian's library for x86-64: the stubs are in its assembler. Elsewhere there is nothing.
+// The interface matches Debian's library for x86-64, because the stubs are in assembler. On other systems, this crate
+// is empty.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #![allow(unsafe_code, reason = "pointers of other languages go in and out")]
 // The names are Assimp's, and those that the C++ compiler makes of them.

@@ -1,5 +1,5 @@
-//! Logging: the loggers and streams are objects of the system's Assimp. Where there is none, streams are taken and
-//! nothing is logged, but by a logger of the program's own.
+//! Logging: the loggers and streams are objects of the system's Assimp. Without it, the library accepts streams, but
+//! only a logger of the program logs anything.
 
 use std::ffi::{CString, c_char, c_void};
 use std::ptr;
@@ -12,10 +12,10 @@ use crate::virtual_call;
 
 type Logger = *mut c_void;
 
-/// A logger of the program's own, where there is no system's Assimp to give it to.
+/// A logger of the program, kept here if there is no system's Assimp.
 static OWN: AtomicPtr<c_void> = AtomicPtr::new(ptr::null_mut());
 
-/// Tells the log of the system's Assimp, if the program uses it, or the program's own logger.
+/// Writes a message to the log of the system's Assimp, if the program uses it, or to the program's logger.
 pub(crate) fn warn(message: &str) {
     let Ok(message) = CString::new(message.replace('\0', " ")) else {
         return;
@@ -41,16 +41,16 @@ system_functions! {
         user: ptr::null_mut(),
     }
 
-    /// Takes a stream.
+    /// Attaches a stream.
     fn aiAttachLogStream(stream: *const aiLogStream) -> () | ()
 
-    /// Gives a stream back.
+    /// Detaches a stream.
     fn aiDetachLogStream(stream: *const aiLogStream) -> aiReturn | AI_SUCCESS
 
-    /// Gives all streams back.
+    /// Detaches all streams.
     fn aiDetachAllLogStreams() -> () | ()
 
-    /// Asks for more words.
+    /// Turns verbose logging on or off.
     fn aiEnableVerboseLogging(on: i32) -> () | ()
 
     /// `Logger *DefaultLogger::create(const char *name, LogSeverity severity, unsigned streams, IOSystem *io)`
@@ -83,7 +83,7 @@ fn own_logger() -> Logger {
     }
 }
 
-/// Defines the functions of `Logger` that speak: to the place in the table of its class, whatever that is.
+/// Defines the logging functions of `Logger`: each calls the entry in the table of the logger's class.
 macro_rules! messages {
     ($($(#[$attribute:meta])* fn $symbol:ident = $place:literal from $severity:literal;)*) => {
         $(

@@ -14,7 +14,7 @@ use crate::{destroy, heap};
 /// `$tex.file`, under which a material has the path of a texture.
 const TEXTURE_FILE: &CStr = c"$tex.file";
 
-/// The property of a key, a kind of texture and the number of a texture; for the last two `0xFFFF_FFFF` is any.
+/// The property with this key, texture kind and texture number; for the last two, `0xFFFF_FFFF` means any.
 ///
 /// # Safety
 /// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` points to a pointer.
@@ -35,7 +35,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialProperty(
     found.map_or(AI_FAILURE, |_| AI_SUCCESS)
 }
 
-/// Numbers with a point: at most `*max` of them, and then how many there were; one if `max` is NULL.
+/// Reads floating-point numbers: at most `*max`, and then writes their number to `*max`; one number if `max` is NULL.
 ///
 /// # Safety
 /// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` has room for the numbers.
@@ -52,7 +52,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialFloatArray(
     unsafe { numbers(material, key, semantic, index, out, max, |number| number as f32) }
 }
 
-/// Whole numbers, as [`aiGetMaterialFloatArray`] does with others.
+/// Reads integers, as [`aiGetMaterialFloatArray`] reads floating-point numbers.
 ///
 /// # Safety
 /// As [`aiGetMaterialFloatArray`].
@@ -69,7 +69,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialIntegerArray(
     unsafe { numbers(material, key, semantic, index, out, max, |number| number as i32) }
 }
 
-/// A colour; one without alpha is opaque.
+/// A colour; a colour without alpha is opaque.
 ///
 /// # Safety
 /// `material` is NULL or a material, `key` is NULL or ends with a zero byte, and `out` has room for a colour.
@@ -127,7 +127,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialString(
     AI_SUCCESS
 }
 
-/// How many textures of a kind there are.
+/// The number of textures of a kind.
 ///
 /// # Safety
 /// `material` is NULL or a material.
@@ -139,7 +139,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialTextureCount(material: *const aiMat
     properties.filter(is_texture).count() as u32
 }
 
-/// The path of a texture. How it lies on the surface is not told: the caller's value there does not change.
+/// The path of a texture. The function does not write the mapping: the caller's values do not change.
 ///
 /// # Safety
 /// `material` is NULL or a material, and `path` points to an `aiString`.
@@ -160,7 +160,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialTexture(
     unsafe { aiGetMaterialString(material, TEXTURE_FILE.as_ptr(), semantic, index, path) }
 }
 
-/// How a texture's coordinates are moved.
+/// The transform of a texture's coordinates.
 ///
 /// # Safety
 /// As [`aiGetMaterialFloatArray`], with room for a transform.
@@ -177,7 +177,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialUVTransform(
     unsafe { aiGetMaterialFloatArray(material, key, semantic, index, out.cast(), &raw mut count) }
 }
 
-/// What a kind of texture is called.
+/// The name of a texture kind.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiTextureTypeToString(kind: u32) -> *const c_char {
     const NAMES: [&CStr; 22] = [
@@ -254,7 +254,7 @@ pub(crate) unsafe extern "C" fn _ZN10aiMaterialD2Ev(material: *mut aiMaterial) {
     unsafe { destroy::material(&mut *material) };
 }
 
-/// `aiString GetName() const`: empty if there is none.
+/// `aiString GetName() const`: empty if the material has no name.
 ///
 /// # Safety
 /// `material` is a material.

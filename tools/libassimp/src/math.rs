@@ -1,13 +1,13 @@
 //! The functions of vectors, quaternions and matrices of Assimp's C interface. They work in the caller's memory.
 //!
-//! Sums are in the order of Assimp's, so that they round alike; `tests/math.cpp` compares every function with Debian's
-//! library. Matrices are lists of rows, quaternions [w, x, y, z].
+//! Sums have Assimp's order, so that they round alike; `tests/math.cpp` compares every function with Debian's library.
+//! Matrices are lists of rows, quaternions [w, x, y, z].
 
 mod matrices;
 mod quaternions;
 mod vectors;
 
-/// What C passes: a number, or the place of a value, which is copied before anything is written.
+/// An argument from C: a number, or a pointer to a value, which is copied before the function writes anything.
 trait Argument {
     type Value;
 
@@ -35,7 +35,7 @@ impl<T: Copy> Argument for *const T {
 
 /// Defines functions of C, each under its name.
 ///
-/// `change` has its first argument's value replaced by the result, `make` has a place in which the result is written,
+/// `change` replaces the value of its first argument by the result, `make` writes the result to a given address, and
 /// `tell` returns the result.
 macro_rules! functions {
     () => {};
@@ -98,7 +98,7 @@ macro_rules! functions {
 }
 use functions;
 
-/// Whether all components are as near as `epsilon`.
+/// Whether no component differs by more than `epsilon`.
 fn near(left: &[f32], right: &[f32], epsilon: f32) -> bool {
     std::iter::zip(left, right).all(|(left, right)| (left - right).abs() <= epsilon)
 }
@@ -118,7 +118,7 @@ fn cross(left: [f32; 3], right: [f32; 3]) -> [f32; 3] {
     [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
-/// As vectors in space are divided, by the reciprocal; by 0 they are not.
+/// Divides with the reciprocal, as Assimp does for vectors in space; a divisor of 0 changes nothing.
 fn divided<const N: usize>(vector: [f32; N], divisor: f32) -> [f32; N] {
     if divisor == 0.0 {
         return vector;

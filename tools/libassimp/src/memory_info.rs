@@ -1,4 +1,4 @@
-//! How much memory a scene takes, as Assimp counts it: its structs and arrays, without what the allocator adds.
+//! The memory of a scene, counted as in Assimp: its structs and arrays, without the overhead of the allocator.
 
 use crate::abi::{
     AI_FAILURE, AI_SUCCESS, aiAnimation, aiBone, aiCamera, aiLight, aiMaterial, aiMemoryInfo, aiMesh, aiNode,
@@ -98,7 +98,7 @@ unsafe fn mesh(mesh: &aiMesh) -> u32 {
     for bone in unsafe { things(mesh.mBones, mesh.mNumBones) } {
         bytes += size_of::<aiBone>() + bone.mNumWeights as usize * size_of::<aiVertexWeight>();
     }
-    // Three indices a face, whatever it has.
+    // Assimp counts three indices per face, for any face.
     bytes += mesh.mNumFaces as usize * (16 + 3 * size_of::<u32>());
     bytes as u32
 }

@@ -10,8 +10,8 @@ const NO_SKELETON_MESHES: &CStr = c"IMPORT_NO_SKELETON_MESHES";
 
 type Name = Box<CStr>;
 
-/// What an import is told beside its flags. Everything is kept, for the system's Assimp; what changes how motion is
-/// read is looked at here too.
+/// The settings of an import besides its flags. The store keeps all of them for the system's Assimp; this library uses
+/// the settings that change how motion is read.
 #[derive(Clone, Default)]
 pub(crate) struct Properties {
     pub(crate) integers: BTreeMap<Name, i32>,
@@ -62,7 +62,7 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyInteger(store: *mut Propertie
     }
 }
 
-/// Sets a number with a point.
+/// Sets a floating-point number.
 ///
 /// # Safety
 /// `store` is NULL or a store, and `name` is NULL or ends with a zero byte.

@@ -1,4 +1,4 @@
-//! What is to be imported, and how.
+//! The file and the settings of an import.
 
 use std::ffi::CStr;
 
@@ -6,24 +6,24 @@ use crate::abi::aiFileIO;
 use crate::properties::Properties;
 use crate::system_importer::Handlers;
 
-/// Where a file is.
+/// The location of a file.
 #[derive(Clone, Copy)]
 pub(crate) enum Input<'a> {
-    /// On the disk, or in the program's own file system.
+    /// On the disk, or in the program's file system class.
     File(&'a CStr),
-    /// In a file system that C functions are.
+    /// In a file system of C functions.
     FileOf(*mut aiFileIO, &'a CStr),
     /// In memory, with its extension.
     Memory(&'a [u8], &'a CStr),
 }
 
-/// What is to be imported, and how.
+/// The file and the settings of an import.
 pub(crate) struct Request<'a> {
     pub(crate) input: Input<'a>,
     pub(crate) flags: u32,
     pub(crate) properties: &'a Properties,
     pub(crate) handlers: Handlers,
-    /// Whether the system's Assimp is to read it, whatever it is.
+    /// Whether the system's Assimp must read the file, whatever its format.
     pub(crate) always_forward: bool,
 }
 

@@ -1,5 +1,5 @@
-//! The members of `aiScene` and `aiNode` that are no part of the headers. Their names are those that the compiler
-//! makes: `C1` and `C2` are a constructor, `D1` and `D2` the destructor.
+//! The members of `aiScene` and `aiNode` whose code is not in the headers. The C++ compiler makes their symbol names:
+//! `C1` and `C2` are a constructor, `D1` and `D2` the destructor.
 
 use std::ffi::c_char;
 use std::ptr;
@@ -9,7 +9,7 @@ use crate::cpp_string::StdString;
 use crate::{destroy, heap};
 
 unsafe extern "C" {
-    /// Of the C library.
+    /// A function of the C library.
     safe fn strcmp(left: &c_char, right: &c_char) -> i32;
 }
 
@@ -134,8 +134,8 @@ pub(crate) unsafe extern "C" fn _ZN6aiNodeD2Ev(node: *mut aiNode) {
     unsafe { destroy::node(&mut *node) };
 }
 
-/// `void aiNode::addChildren(unsigned count, aiNode **children)`: hangs nodes below this one, which owns them then. The
-/// array stays the caller's.
+/// `void aiNode::addChildren(unsigned count, aiNode **children)`: adds children to this node, which then owns them. The
+/// caller still owns the array.
 ///
 /// # Safety
 /// `node` is a node, and `children` is NULL or points to `count` nodes.

@@ -1,10 +1,10 @@
-//! The system's own Assimp, which takes what is not read, written or done here. It is opened at first need.
+//! The system's own Assimp, which does the work that this library does not do. It is opened when first needed.
 //!
 //! It has the same name and the same symbols as this library. It is opened in a special way:
 //!
-//! - by its path, so that it is not taken for this library, which the dynamic linker has already loaded under that name
-//! - with `RTLD_LOCAL`, so that the program's calls still come here
-//! - with `RTLD_DEEPBIND`, so that its own calls stay within it
+//! - by its path, because the dynamic linker has already loaded this library under that name
+//! - with `RTLD_LOCAL`, so that the program still calls this library
+//! - with `RTLD_DEEPBIND`, so that the system's Assimp calls its own functions
 
 pub(crate) mod calls;
 
@@ -16,13 +16,13 @@ use std::sync::OnceLock;
 
 use crate::version;
 
-/// What to forward to: `off` for nothing, else the path of the library; unset for the system's.
+/// The library to which calls are forwarded: `off` for no library, else its path. Unset means the system's Assimp.
 const VARIABLE: &str = "MOCAP_ASSIMP_FORWARD";
 
-/// The name by which programs of Debian 12 ask for Assimp.
+/// The file name of Assimp for programs of Debian 12.
 const FILE_NAME: &str = "libassimp.so.5";
 
-/// Where libraries are, beside the folders of `LD_LIBRARY_PATH`.
+/// The folders of libraries, besides the folders of `LD_LIBRARY_PATH`.
 const FOLDERS: &[&str] = &[
     "/usr/local/lib",
     #[cfg(target_arch = "x86_64")]
@@ -33,7 +33,7 @@ const FOLDERS: &[&str] = &[
     "/usr/lib",
 ];
 
-/// Stands in every copy of this library and in no other, so that none forwards to another copy of itself.
+/// A mark in every copy of this library and in no other library, so that no copy forwards to another copy.
 #[unsafe(no_mangle)]
 pub(crate) static mocap_libassimp: u8 = 1;
 
@@ -49,12 +49,12 @@ unsafe impl Sync for System {}
 
 static SYSTEM: OnceLock<Result<System, String>> = OnceLock::new();
 
-/// The system's Assimp, or why there is none.
+/// The system's Assimp, or the reason why it is not available.
 pub(crate) fn system() -> Result<&'static System, String> {
     SYSTEM.get_or_init(open).as_ref().map_err(Clone::clone)
 }
 
-/// The system's Assimp if something was forwarded already.
+/// The system's Assimp, if a call was forwarded before.
 pub(crate) fn opened() -> Option<&'static System> {
     SYSTEM.get()?.as_ref().ok()
 }
@@ -67,7 +67,7 @@ impl System {
     }
 }
 
-/// A function of the system's Assimp, by its symbol, as a pointer of the type that is asked for.
+/// A function of the system's Assimp, by its symbol, as a pointer of type `F`.
 ///
 /// # Safety
 /// `F` is the type of a pointer to that function.
@@ -81,8 +81,8 @@ pub(crate) unsafe fn function<F: Copy>(name: &CStr) -> Result<F, String> {
     Ok(unsafe { std::mem::transmute_copy(&address) })
 }
 
-/// Defines functions that call the functions of the system's Assimp, and their value without the system's Assimp. Of a
-/// method, the object is the first argument.
+/// Defines functions that call the functions of the system's Assimp, and their values without the system's Assimp. The
+/// object of a method is its first argument.
 macro_rules! system_functions {
     ($(
         $(#[$attribute:meta])*
@@ -114,7 +114,7 @@ fn open() -> Result<System, String> {
     if chosen.as_deref().is_some_and(|value| value == "off") {
         return Err(format!("{VARIABLE} is off"));
     }
-    // The sanitizer ends a process that asks for RTLD_DEEPBIND.
+    // The sanitizer ends a process that uses RTLD_DEEPBIND.
     // SAFETY: the name ends with a zero byte.
     if !unsafe { libc::dlsym(libc::RTLD_DEFAULT, c"__asan_init".as_ptr()) }.is_null() {
         return Err("the system's Assimp cannot be opened under the address sanitizer".to_owned());
@@ -136,7 +136,7 @@ fn open() -> Result<System, String> {
     Err(format!("the system's Assimp was not found: {reason}"))
 }
 
-/// The files that may be it, in the order of the dynamic linker.
+/// The possible files of the system's Assimp, in the order of the dynamic linker.
 fn candidates() -> impl Iterator<Item = PathBuf> {
     let listed = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
     let listed: Vec<PathBuf> = env::split_paths(&listed).collect();
@@ -185,7 +185,7 @@ fn open_library(path: &Path) -> Result<System, String> {
     Ok(system)
 }
 
-/// Whether the library is Assimp, not this one again, and of the version whose structs these are.
+/// Whether the library is Assimp, is not this library, and has the version of these structs.
 fn check(system: &System, path: &Path) -> Result<(), String> {
     let path = path.display();
     if !system.find(c"mocap_libassimp").is_null() {

@@ -1,4 +1,4 @@
-//! An `Assimp::Importer` of the system's Assimp: reads what is not read here, and runs the steps that are not here.
+//! An `Assimp::Importer` of the system's Assimp. It reads the formats and runs the steps that this library lacks.
 
 use std::ffi::{CStr, c_void};
 use std::ptr;
@@ -14,16 +14,16 @@ use crate::{destroy, heap};
 /// The object: a class of one pointer, on the C++ heap.
 pub(crate) struct SystemImporter(*mut c_void);
 
-/// What is run on a scene that this library has read.
+/// The processing of a scene that this library has read.
 #[derive(Clone, Copy)]
 pub(crate) enum Steps {
     /// The steps of these flags.
     Flags(u32),
-    /// An `Assimp::BaseProcess` of the program's, and whether the scene is validated.
+    /// An `Assimp::BaseProcess` of the program, and whether the scene is validated.
     Process(*mut c_void, bool),
 }
 
-/// What an import is done with, beside the file.
+/// The handlers of an import.
 #[derive(Clone, Copy)]
 pub(crate) struct Handlers {
     /// The program's file system, or NULL.
@@ -46,7 +46,7 @@ impl SystemImporter {
         self.0
     }
 
-    /// Reads a file. The scene is the caller's.
+    /// Reads a file. The caller owns the scene.
     pub(crate) fn read_file(
         &self,
         path: &CStr,
@@ -61,7 +61,7 @@ impl SystemImporter {
         self.take_scene()
     }
 
-    /// Reads a file that is in memory; `hint` is its extension. The scene is the caller's.
+    /// Reads a file in memory; `hint` is its extension. The caller owns the scene.
     pub(crate) fn read_memory(
         &self,
         bytes: &[u8],
@@ -84,8 +84,8 @@ impl SystemImporter {
         Ok(())
     }
 
-    /// Runs steps on a scene, which stays where it is. The importer takes it by way of a loader that reads nothing and
-    /// hands the scene over. Where a step refuses the scene, the scene is empty afterwards.
+    /// Runs steps on a scene in place. The importer receives the scene through a loader that reads nothing and passes
+    /// the scene on. If a step refuses the scene, the scene is empty afterwards.
     ///
     /// # Safety
     /// `scene` is a whole scene of the C++ heap, and a process one of the program's.
@@ -134,7 +134,7 @@ impl SystemImporter {
         Ok(())
     }
 
-    /// The scene that the importer has; else why it has none.
+    /// The scene of the importer, or the reason why it has none.
     fn take_scene(&self) -> Result<*mut aiScene, String> {
         // SAFETY: an importer.
         unsafe {
@@ -147,8 +147,8 @@ impl SystemImporter {
         }
     }
 
-    /// Calls `read` while the importer has these handlers, then takes them away again: they are the program's or the
-    /// other importer's, and this one would delete them.
+    /// Calls `read` while the importer has these handlers, then removes the handlers. They belong to the program or to
+    /// another importer, but this importer would delete them.
     fn with_handlers<R>(&self, handlers: Handlers, read: impl FnOnce() -> R) -> Result<R, String> {
         let (set_io, set_progress) = (calls::set_io_handler()?, calls::set_progress_handler()?);
         let with = [(set_io, handlers.io.0), (set_progress, handlers.progress.0)];
@@ -201,7 +201,7 @@ impl Drop for SystemImporter {
     }
 }
 
-/// Exchanges what two scenes hold; each keeps its private part.
+/// Exchanges the contents of two scenes; each keeps its private part.
 ///
 /// # Safety
 /// Both are scenes.

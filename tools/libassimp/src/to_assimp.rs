@@ -1,4 +1,4 @@
-//! A scene of `mocap` in Assimp's shape.
+//! Converts a scene of `mocap` to Assimp's structs.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -15,7 +15,7 @@ use crate::abi::{
 };
 use crate::{destroy, heap};
 
-/// Brings a scene into Assimp's shape, on the heap of C++. `flags` is what `aiScene::mFlags` shall be.
+/// Converts a scene to Assimp's structs, on the heap of C++. `flags` becomes `aiScene::mFlags`.
 pub(crate) fn scene(scene: &Scene, flags: u32) -> *mut aiScene {
     let private = ScenePrivate {
         importer: ptr::null_mut(),
@@ -134,7 +134,7 @@ fn material(material: &Material) -> aiMaterial {
     if material.two_sided {
         properties.push(property("$mat.twosided", PROPERTY_INTEGER, &1i32.to_ne_bytes()));
     }
-    // As in C++, there is room for more.
+    // As in C++, the array has spare capacity.
     const ROOM: usize = 5;
     let count = properties.len() as u32;
     let mut pointers: Vec<_> = properties.into_iter().map(heap::new).collect();
@@ -201,8 +201,8 @@ fn rotation_keys(keys: &Keys<Quat>) -> Vec<aiQuatKey> {
     keys.collect()
 }
 
-/// Says which format the scene was read from, and of FBX its unit in centimetres and its up axis. Of BVH and FBX it
-/// does so in the words of Assimp's importers.
+/// Metadata with the format from which the scene was read, and for FBX the unit in centimetres and the up axis. For BVH
+/// and FBX, the texts are those of Assimp's importers.
 fn metadata(metadata: &Metadata) -> *mut aiMetadata {
     fn entry<T: Copy>(kind: i32, value: T) -> aiMetadataEntry {
         aiMetadataEntry {

@@ -1,4 +1,4 @@
-//! The version that programs ask for: the version of the Assimp whose interface this library has.
+//! The reported version: the version of the Assimp whose interface this library has.
 
 use std::ffi::{CStr, c_char};
 
@@ -7,7 +7,7 @@ const LEGAL: &CStr = c"mocap, under the MIT or the Apache 2.0 licence, in the sh
 pub(crate) const MAJOR: u32 = 5;
 pub(crate) const MINOR: u32 = 2;
 
-/// What Assimp 5.2.5 says of itself.
+/// The patch version that Assimp 5.2.5 reports.
 const PATCH: u32 = 4;
 
 /// 5.
@@ -46,7 +46,7 @@ pub(crate) extern "C" fn aiGetCompileFlags() -> u32 {
     1
 }
 
-/// Whose work this is.
+/// The licence text of this library.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetLegalString() -> *const c_char {
     LEGAL.as_ptr()

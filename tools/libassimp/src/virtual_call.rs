@@ -1,13 +1,13 @@
-//! Calls of virtual functions of the program's own objects, by their place in the table of their class.
+//! Calls virtual functions of the program's objects, by their index in the table of their class.
 
 use std::ffi::{c_char, c_int, c_void};
 
 use crate::cpp_string::bytes_or_empty;
 
-/// The function in a place of the table that an object begins with.
+/// The function at an index of the table to which an object's first word points.
 ///
 /// # Safety
-/// `object` has such a table, with a function of type `F` in this place.
+/// `object` has such a table, with a function of type `F` at this index.
 unsafe fn function<F: Copy>(object: *mut c_void, place: usize) -> F {
     const { assert!(size_of::<F>() == size_of::<*mut c_void>()) };
     // SAFETY: the same promise.
@@ -25,7 +25,7 @@ pub(crate) unsafe fn delete_object(object: *mut c_void) {
     }
 }
 
-/// A `Assimp::IOSystem` of the program's.
+/// An `Assimp::IOSystem` of the program.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct IoSystem(pub(crate) *mut c_void);
 
@@ -55,7 +55,7 @@ impl IoSystem {
     }
 }
 
-/// A `Assimp::ProgressHandler` of the program's, or NULL for none.
+/// An `Assimp::ProgressHandler` of the program; NULL for none.
 #[derive(Clone, Copy)]
 pub(crate) struct Progress(pub(crate) *mut c_void);
 
@@ -88,8 +88,8 @@ impl Progress {
     }
 }
 
-/// A message for the function in a place of an `Assimp::Logger`'s table: 4 debug, 5 verbose debug, 6 info, 7 warning,
-/// 8 error.
+/// Passes a message to the function at an index of an `Assimp::Logger`'s table: 4 debug, 5 verbose debug, 6 info, 7
+/// warning, 8 error.
 ///
 /// # Safety
 /// `logger` is a `Logger`, and `message` is NULL or ends with a zero byte.

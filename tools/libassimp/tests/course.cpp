@@ -1,5 +1,5 @@
-// A program as a first course in animation has it: load a motion with the highest quality and without bones, print
-// what is in it, then play it by writing each channel into its node, and print where every node is in the world.
+// A typical program of a first course in animation. It loads a motion with the highest quality and without bones,
+// prints its content, and plays it: it writes each channel into its node, and prints the world position of every node.
 //
 //     course motion.bvh
 
@@ -94,7 +94,7 @@ void updateNodeMatrices(const aiScene *scene, const aiAnimation *animation, unsi
     }
 }
 
-// With the functions of the C interface: the course passes matrices to OpenGL, column after column.
+// Uses the functions of the C interface. The course passes matrices to OpenGL in column-major order.
 void printWorld(const aiNode *node, const aiMatrix4x4 &parentToWorld)
 {
     aiMatrix4x4 nodeToWorld = parentToWorld;

@@ -1,5 +1,5 @@
-// Prints every field of a scene that the course's program leaves out, imported in four ways, then calls the functions
-// that it does not call.
+// Prints every field of a scene that the course's program omits, imported in four ways. Then calls the functions that
+// the course's program does not call.
 //
 //     everything motion.bvh
 
@@ -73,7 +73,7 @@ void printMesh(const aiMesh *mesh)
     std::cout << '\n';
     for (unsigned vertex = 0; vertex < mesh->mNumVertices; vertex++) {
         print(" vertex", mesh->mVertices[vertex]);
-        // Assimp leaves some as long as twice the face's area.
+        // Assimp leaves some normals with a length of twice the face's area.
         print("normal", aiVector3D(mesh->mNormals[vertex]).NormalizeSafe());
         std::cout << '\n';
     }
@@ -90,7 +90,7 @@ void printMesh(const aiMesh *mesh)
                   << (bone->mArmature != nullptr);
         for (unsigned row = 0; row < 4; row++) {
             for (unsigned column = 0; column < 4; column++) {
-                // Adding 0 makes 0 of -0.
+                // Adding 0 changes -0 to 0.
                 std::cout << ' ' << bone->mOffsetMatrix[row][column] + 0.0f;
             }
         }
@@ -151,7 +151,7 @@ void printMathematics()
             matrix = matrix * aiMatrix4x4::Scaling(scaling, factor);
             matrix.a4 = 4, matrix.b4 = 5, matrix.c4 = 6;
             if (mirror < 0) {
-                // One that shears, too.
+                // Includes a matrix that shears.
                 matrix.a2 += 1;
             }
             aiVector3D scale, position;

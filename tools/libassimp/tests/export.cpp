@@ -1,4 +1,4 @@
-// Imports a scene and prints its nodes and the length of its motion; then writes it as glTF, if a place is named.
+// Imports a scene and prints its nodes and the length of its motion. If PLACE is given, writes the scene as glTF.
 //
 //     export motion.bvh [PLACE]     PLACE.glb, PLACE.gltf, PLACE.blob.glb, PLACE.blob.gltf
 

@@ -1,5 +1,5 @@
-// Imports what only Assimp reads, and motion with steps that only Assimp has, in every way that programs do, and prints
-// what it sees.
+// Imports a format that only Assimp reads, and motion with steps that only Assimp has, in every way of the interface,
+// and prints the scenes.
 //
 //     forward mesh.obj motion.bvh
 
@@ -60,7 +60,7 @@ void print(const char *how, const aiScene *scene)
                   << mesh->mAABB.mMax.x << '\n';
         for (unsigned vertex = 0; vertex < mesh->mNumVertices; vertex++) {
             const aiVector3D &at = mesh->mVertices[vertex];
-            // Adding 0 makes 0 of -0.
+            // Adding 0 changes -0 to 0.
             std::cout << "  " << at.x + 0.0f << ' ' << at.y + 0.0f << ' ' << at.z + 0.0f << '\n';
         }
     }
@@ -86,7 +86,7 @@ int main(int argc, char **argv)
     print("a copy", copy);
     aiFreeScene(copy);
     std::cout << "unknown format " << aiExportScene(scene, "none", "/nowhere", 0) << '\n';
-    // Of which Assimp says nothing.
+    // Assimp prints nothing about these.
     std::cerr << aiGetErrorString() << '\n';
     aiReleaseImport(scene);
     scene = aiImportFile(motion.c_str(), 0);

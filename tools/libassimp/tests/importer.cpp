@@ -1,4 +1,4 @@
-// Imports with the class of the C++ interface, again and again, and prints what it sees.
+// Imports repeatedly with the class of the C++ interface, and prints the scenes.
 //
 //     importer motion.bvh
 
@@ -61,6 +61,6 @@ int main(int argc, char **argv)
     Assimp::Importer missing;
     print("missing", missing, missing.ReadFile("/no/such/file.bvh", 0));
     print("file", importer, importer.ReadFile(path, flags));
-    // A second motion is more than Assimp's importer can take.
+    // Assimp's importer fails on a second motion.
     print("again", importer, importer.ReadFile(path, flags));
 }

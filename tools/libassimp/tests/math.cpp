@@ -1,4 +1,4 @@
-// Calls every function of vectors, quaternions and matrices with the same random values, and prints what comes back.
+// Calls every function of vectors, quaternions and matrices with the same random values, and prints the results.
 
 #include <assimp/cimport.h>
 #include <assimp/scene.h>
@@ -25,17 +25,17 @@ struct Random {
     }
 };
 
-/// What the values of a case are like.
+/// The kind of values of a case.
 enum Kind {
     ANY,
     WHOLE, // -1, 0 and 1: matrices without an inverse, vectors without a length
     ROTATIONS, // unit vectors and quaternions, matrices of rotation, scaling and translation
-    EQUAL, // as before, all arguments alike
+    EQUAL, // unit vectors and such matrices again, with all arguments equal
     NEARLY_EQUAL,
     KINDS,
 };
 
-/// How many values were made nearly equal, so that no two are changed alike.
+/// The number of values that were made nearly equal, so that no two changes are equal.
 int changes = 0;
 
 template <class T> void fill(T &value, Random &random, Kind kind) {

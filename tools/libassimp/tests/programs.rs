@@ -1,4 +1,5 @@
-//! Programs compiled once against Assimp's headers and library, and run with Debian's library and with this one.
+//! Compiles programs once against Assimp's headers and library, and runs them with Debian's library and with this
+//! library.
 
 mod program;
 
@@ -22,8 +23,8 @@ fn fixture(name: &str) -> String {
     format!("{}/../../fixtures/real/{name}.bvh", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Asserts that two strings have the same words in the same lines, and numbers that are no further apart than
-/// `tolerance` says for the line and the number.
+/// Asserts that two strings have the same words in the same lines. Numbers may differ by `tolerance` of the line and
+/// the number.
 fn assert_same_words(name: &str, expected: &str, found: &str, tolerance: impl Fn(&str, f64) -> f64) {
     assert_eq!(expected.lines().count(), found.lines().count(), "{name}: lines");
     for (number, (expected, found)) in expected.lines().zip(found.lines()).enumerate() {
@@ -37,15 +38,15 @@ fn assert_same_words(name: &str, expected: &str, found: &str, tolerance: impl Fn
     }
 }
 
-/// One unit of the sixth digit, the last that C++ prints; of numbers below 1 that of 0.1, as sums of greater ones
-/// leave it. A hair more, since decimals are not exact in binary.
+/// One unit of the sixth digit, the last that C++ prints. Numbers below 1 have the tolerance of 0.1, because sums of
+/// larger numbers leave this error. The tolerance is slightly more, because decimals are not exact in binary.
 fn sixth_digit(_line: &str, number: f64) -> f64 {
     let digits_before_point = number.abs().max(0.1).log10().floor() as i32 + 1;
     1.001 * 10f64.powi(digits_before_point - 6)
 }
 
-/// 1e-5, as a share of numbers greater than 1. The components of a place in the world are sums of terms as great as
-/// the greatest of them, so there it is a share of that.
+/// 1e-5, relative to numbers above 1. The components of a world position are sums of terms as large as the largest
+/// component, so there the tolerance is relative to the largest component.
 fn share(line: &str, number: f64) -> f64 {
     let is_in_world = line.starts_with("  ") && line.split_whitespace().count() == 20;
     let numbers = line.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
@@ -83,7 +84,7 @@ fn everything_else_is_the_same() {
     }
 }
 
-/// Sums are in the order of Assimp's, so what is left is the rounding of a compiler.
+/// Sums have Assimp's order, so only the compiler's rounding remains.
 #[test]
 fn mathematics_is_the_same() {
     let program = compile("math", &[]);
@@ -101,14 +102,14 @@ fn the_class_of_cpp_programs_is_the_same() {
     let program = compile("importer", &[]);
     let debian = run(&program, Library::Debian, &fixture(LECTURE));
     let ours = run(&program, Library::Ours, &fixture(LECTURE));
-    // Assimp's BVH importer keeps nodes of the motion before, so it fails in the last line.
+    // Assimp's BVH importer keeps nodes of the last motion, so it fails in the last line.
     let (debian, _) = debian.split_once("again: ").unwrap();
     let (ours, again) = ours.split_once("again: ").unwrap();
     assert_eq!(ours, debian);
     assert!(ours.ends_with(&format!("file: {again}")), "{ours}, {again}");
 }
 
-/// A mesh that Debian's library writes, with which a program tries everything that is handed to it.
+/// A mesh that Debian's library writes, with which a program tries every forwarded function.
 #[test]
 fn what_is_not_read_or_done_here_is_done_by_the_systems_assimp() {
     let program = compile("forward", &[]);
@@ -145,7 +146,7 @@ fn the_commands_of_debian_say_the_same() {
         let run = |library| {
             let mut command = Command::new("assimp");
             let output = text(succeed(with(command.args(&arguments), library)));
-            // How far it is, how long it took, and how much memory it takes.
+            // Progress, time, and memory.
             let is_said = |line: &&str| !["%", "seconds", "Memory"].iter().any(|word| line.contains(word));
             output
                 .lines()
@@ -184,7 +185,7 @@ fn every_symbol_of_assimp_is_there() {
 
 const SYMBOLS: &str = include_str!("symbols.txt");
 
-/// Nodes that only Assimp has, as cameras, are left out.
+/// Omits nodes that only Assimp has, such as cameras.
 #[test]
 fn fbx_keeps_the_unit_and_the_axes_of_the_file() {
     let program = compile("units", &[]);
@@ -235,7 +236,7 @@ fn without_the_systems_assimp_motion_is_read_and_the_rest_refused_with_a_text() 
     assert!(run(&["info", skeleton.to_str().unwrap()]).contains("the file has no motion"));
 }
 
-/// Assimp opens the files of a glTF scene for its meshes and skins too, so a file without them is no empty stage.
+/// Assimp also opens the files of a glTF scene for its meshes and skins, so a scene without these files is an error.
 #[test]
 fn gltf_whose_buffer_is_missing_is_refused_with_the_text_of_assimp() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
@@ -266,7 +267,7 @@ fn gltf_whose_buffer_is_missing_is_refused_with_the_text_of_assimp() {
             "{debian}"
         );
         assert_eq!(error(Library::Ours, None), debian);
-        // Why no other library was asked stands behind it.
+        // The message ends with the reason why no other library was used.
         let alone = error(Library::Ours, Some("off"));
         assert_eq!(alone, format!("{debian} (MOCAP_ASSIMP_FORWARD is off)"));
     }
@@ -287,7 +288,7 @@ fn memory_is_sound_under_the_address_sanitizer() {
     }
 }
 
-/// With pyassimp 5.2.5, which `check` puts into `target/python` of the workspace.
+/// Uses pyassimp 5.2.5, which `check` installs into `target/python` of the workspace.
 #[test]
 fn python_sees_the_same_scene() {
     let see = |library, name: &str| {
@@ -296,7 +297,7 @@ fn python_sees_the_same_scene() {
             .args(["tests/scene.py", &fixture(name)])
             .env("PYTHONPATH", "../../target/python");
         let output = succeed(with(&mut python, library));
-        // The library's path stands on standard error.
+        // The script prints the library's path on standard error.
         let path = String::from_utf8_lossy(&output.stderr).into_owned();
         let is_ours = path.starts_with(our_folder().to_str().unwrap());
         assert_eq!(is_ours, library == Library::Ours, "{path}");
@@ -311,7 +312,7 @@ fn python_sees_the_same_scene() {
 
 #[test]
 fn an_exported_scene_can_be_imported_again() {
-    // Assimp reads what we write: the program exports with this library, and prints what Debian's makes of it.
+    // Assimp reads our files: the program exports with this library, and imports with Debian's.
     let program = compile("export", &[]);
     let folder = program.with_extension("written");
     std::fs::create_dir_all(&folder).unwrap();

@@ -1,4 +1,4 @@
-"""Prints what pyassimp sees of a motion: nodes, meshes and channels.
+"""Prints the nodes, meshes and channels of a motion in pyassimp.
 
     scene.py motion.bvh
 """
@@ -30,7 +30,7 @@ def print_channel(channel):
             print("   ", f"{key.time:.6g}", *(f"{value:.6g}" for value in key.value))
 
 
-# On standard error, so that what is printed is the same for every library.
+# On standard error, so that the standard output is the same for every library.
 print(core._assimp_lib.dll._name, file=sys.stderr)
 with pyassimp.load(sys.argv[1], processing=HIGHEST_WITHOUT_BONES) as scene:
     print_node(scene.rootnode, 0)

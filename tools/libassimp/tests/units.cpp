@@ -1,4 +1,4 @@
-// Prints where the nodes of a file are in the world, its unit and its up axis.
+// Prints the world positions of a file's nodes, its unit and its up axis.
 
 #include <assimp/cimport.h>
 #include <assimp/scene.h>

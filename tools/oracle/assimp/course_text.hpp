@@ -1,6 +1,6 @@
 // Prints a scene as the helper functions of a computer graphics course have printed it over the years: printSceneInfo,
 // printMeshInfo, printTreeInfo, printBoneInfo and printAnimInfo, in four layouts named for the year they first appear.
-// Written from a description of those layouts; numbers are what a C++ stream prints by default, six digits.
+// Written from a description of those layouts. Numbers have six digits, the default of a C++ stream.
 
 #pragma once
 
@@ -193,7 +193,7 @@ private:
         }
     }
 
-    // Scaling keys are counted and never printed.
+    // Scaling keys are only counted, never printed.
     void channel(const aiNodeAnim &channel, unsigned index) {
         out << "     Channel " << index << ": nodeName = " << channel.mNodeName.C_Str()
             << " nposkeys = " << channel.mNumPositionKeys << "  nrotKeys = " << channel.mNumRotationKeys

@@ -1,8 +1,8 @@
-// What Assimp makes of one file, on standard output.
+// Prints Assimp's scene of one file on standard output.
 //
 //     assimp-dump FILE none|MaxQuality+Debone json|2017|2018|2019|2021
 //
-// Exit status: 0 also where Assimp refuses the file, which prints {"error": "..."} in every format; 2 on wrong usage.
+// The exit status is 2 on wrong usage, else 0. If Assimp refuses the file, prints {"error": "..."} in every format.
 
 #include "course_text.hpp"
 #include "json.hpp"

@@ -1,5 +1,5 @@
-// Writes a whole aiScene as JSON: every number with the digits that read back to the same bits (9 for a float, 17 for
-// a double), NaN and the infinities as the strings "nan", "inf" and "-inf", which JSON's own numbers cannot say.
+// Writes a whole aiScene as JSON: every number with enough digits for the same bits (9 for a float, 17 for a double).
+// JSON has no NaN and no infinities, so these are the strings "nan", "inf" and "-inf".
 
 #pragma once
 
@@ -36,7 +36,7 @@ inline std::size_t utf8_length(std::string_view text) {
     return length;
 }
 
-// A byte that is not part of valid UTF-8 is taken as Latin-1, so that the JSON is valid whatever the file's names hold.
+// Invalid UTF-8 bytes are read as Latin-1, so that the JSON is valid for any names in the file.
 inline std::string quoted(std::string_view text) {
     std::string out = "\"";
     while (!text.empty()) {
@@ -58,7 +58,7 @@ inline std::string quoted(std::string_view text) {
 
 inline std::string quoted(const aiString &text) { return quoted(std::string_view(text.data, text.length)); }
 
-// The items that `write(index)` gives, with `separator` between them.
+// The items that `write(index)` writes, with `separator` between them.
 template <typename Write>
 std::string list(std::size_t count, Write write, const char *separator = ",") {
     std::string out;
@@ -126,7 +126,7 @@ inline std::string property_value(const aiMaterialProperty &property) {
     const std::size_t words = property.mDataLength / 4;
     switch (property.mType) {
         case aiPTI_String:
-            // Stored as a 32-bit length and that many bytes.
+            // Stored as a 32-bit length and the bytes.
             return quoted(std::string_view(property.mData + 4, property.mDataLength - 5));
         case aiPTI_Float:
             return "[" + list(words, [&](std::size_t i) { return real(reinterpret_cast<float *>(property.mData)[i]); }) + "]";
@@ -169,7 +169,7 @@ inline std::string animation(const aiAnimation &animation) {
          + list(animation.mNumChannels, [&](std::size_t i) { return channel(*animation.mChannels[i]); }, ",\n") + "]}";
 }
 
-// The string entries alone; a BVH scene has no others.
+// Only the string entries; a BVH scene has no others.
 inline std::string metadata(const aiMetadata *metadata) {
     std::string out;
     for (unsigned i = 0; metadata && i < metadata->mNumProperties; ++i) {
@@ -195,7 +195,7 @@ inline void print_scene(std::ostream &out, const aiScene &scene) {
         << list(scene.mNumAnimations, [&](std::size_t i) { return animation(*scene.mAnimations[i]); }, ",\n") << "]}\n";
 }
 
-// What is printed in place of a scene where Assimp refuses the file.
+// The output in place of a scene if Assimp refuses the file.
 inline void print_error(std::ostream &out, const char *message) {
     out << "{\"error\":" << quoted(std::string_view(message)) << "}\n";
 }

@@ -1,4 +1,4 @@
-// How long Assimp takes, one line of JSON each:
+// Measures Assimp's times, with one line of JSON for each:
 //
 //     assimp-time FILE none|MaxQuality+Debone REPETITIONS
 //

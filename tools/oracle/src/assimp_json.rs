@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::json::Dump;
 use crate::scene::{self, Number, Scene, floats};
 
-/// What Assimp answered: a scene, or why it refuses the file.
+/// Assimp's answer: a scene, or the reason why it refuses the file.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Answer {
@@ -48,7 +48,8 @@ pub(crate) fn read(json: &str) -> serde_json::Result<Result<Scene, String>> {
     })
 }
 
-/// Assimp names a node's parent, and names repeat; the counts of children, depth-first, say which node it is.
+/// Assimp gives a node's parent by name, and names repeat. So the counts of children in depth-first order determine the
+/// parent.
 fn nodes(nodes: &[Node]) -> Vec<scene::Node> {
     let mut open: Vec<(usize, usize)> = Vec::new();
     let mut out = Vec::new();

@@ -10,10 +10,10 @@ pub(crate) const NORMAL_COUNT: &str = "normals.len";
 pub(crate) const FACE_COUNT: &str = "faces.len";
 pub(crate) const BONE_COUNT: &str = "bones.len";
 
-/// Where two scenes differ.
+/// The place of a difference between two scenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place {
-    /// How many nodes, meshes, materials or animations there are.
+    /// The number of nodes, meshes, materials or animations.
     Count(&'static str),
     Node(usize, &'static str),
     /// A value of a mesh, or one of its counts.
@@ -49,7 +49,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// One place where two scenes differ, and what stands there.
+/// A difference between two scenes: its place, and both values.
 #[derive(Clone, Debug)]
 pub(crate) struct Difference {
     pub place: Place,
@@ -60,7 +60,7 @@ pub(crate) struct Difference {
 /// The outcome of comparing two scenes.
 #[derive(Debug, Default)]
 pub(crate) struct Comparison {
-    /// How many values were found equal.
+    /// The number of equal values.
     pub equal: usize,
     pub differences: Vec<Difference>,
 }
@@ -77,7 +77,7 @@ pub(crate) fn all_close(a: &[f64], b: &[f64]) -> bool {
 }
 
 impl Comparison {
-    /// Compares two scenes. Where a count differs, what is counted is compared as far as both have it.
+    /// Compares two scenes. If a count differs, only the items that both scenes have are compared.
     pub(crate) fn of(assimp: &Scene, ours: &Scene) -> Self {
         let mut comparison = Self::default();
         comparison.nodes(assimp, ours);

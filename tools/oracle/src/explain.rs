@@ -1,5 +1,5 @@
-//! The explained differences between two scenes. Each rule checks on the file and on both scenes that its reason
-//! applies at the very place, and that both values are what the reason makes of the file.
+//! The explained differences between two scenes. Each rule checks, with the file and both scenes, that its reason
+//! applies at this place, and that both values follow from the reason.
 
 mod meshes;
 
@@ -9,7 +9,7 @@ use crate::difference::{Place, all_close, close};
 use crate::scene::{Scene, Track};
 use crate::source::{Channel, Joint, Motion, position, rotation};
 
-/// A file and what both programs make of it.
+/// A file and both programs' scenes of it.
 pub(crate) struct Case<'a> {
     pub motion: &'a Motion,
     /// Whether the scenes went through the post-processing steps.
@@ -18,11 +18,11 @@ pub(crate) struct Case<'a> {
     pub ours: &'a Scene,
     /// The motion as [`odd_row_dropped`] takes it.
     without_odd_lines: OnceCell<Option<Motion>>,
-    /// Whether [`meshes::joined_across_bones`] applies, once it is known.
+    /// Whether [`meshes::joined_across_bones`] applies, computed when first needed.
     draws_twins: OnceCell<bool>,
 }
 
-/// Why two scenes may differ at a place.
+/// The reason why two scenes may differ at a place.
 pub(crate) struct Rule {
     /// The row of `README.md` that gives the reason.
     pub id: &'static str,
@@ -53,7 +53,7 @@ pub(crate) const RULES: &[Rule] = &[
     Rule::new("joined-across-bones", meshes::joined_across_bones),
 ];
 
-/// A root position is near zero up to this share of the OFFSET's length.
+/// A root position counts as near zero up to this fraction of the OFFSET's length.
 const NEAR_ZERO: f64 = 0.02;
 
 impl<'a> Case<'a> {
@@ -89,7 +89,7 @@ impl<'a> Case<'a> {
         self.motion.frames as usize
     }
 
-    /// Where the channels put the joint in the frame, holes held.
+    /// The joint's position in the frame by its channels; missing values repeat the last value.
     fn position(&self, joint: &Joint, frame: usize) -> Vec<f64> {
         let offset = self.motion.nodes[joint.node].offset;
         let [x, y, z] = position(&self.motion.held_row(joint, frame), offset);
@@ -112,15 +112,16 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Whether a track of ours has the file's number of keys: one per frame, or one in total for a constant track.
+    /// Whether a track of mocap has the file's number of keys: one per frame, or one in total for a constant track.
     fn our_count_is_right(&self, joint: &Joint, track: Track, count: usize) -> bool {
         let first = self.value(joint, track, 0);
         let constant = || (1..self.frames()).all(|frame| same_value(track, &first, &self.value(joint, track, frame)));
         count == self.frames() || (count == 1 && self.processed && constant())
     }
 
-    /// Whether the root's positions are relative to its OFFSET. On the axes with a position channel, the first position
-    /// or the median of all is near zero beside the OFFSET, or the median is along the OFFSET.
+    /// Whether the root's positions are relative to its OFFSET. They are if, on the axes with a position channel, the
+    /// first position or the median is near zero compared with the OFFSET. They also are if the median is along the
+    /// OFFSET.
     fn adds_root_offset(&self, joint: &Joint) -> bool {
         let offset = self.motion.nodes[joint.node].offset;
         let mut moved_offset = [0.0; 3];
@@ -154,7 +155,7 @@ fn has_position(joint: &Joint) -> bool {
         .any(|channel| matches!(channel, Channel::Position(_)))
 }
 
-/// Equal numbers; of rotations also the opposite quaternion, which is the same rotation.
+/// Whether the numbers are equal. For rotations, the opposite quaternion is equal too, because it is the same rotation.
 fn same_value(track: Track, a: &[f64], b: &[f64]) -> bool {
     all_close(a, b) || (track == Track::Rotation && all_close(a, &negated(b)))
 }
@@ -200,7 +201,7 @@ fn root_offset_added(case: &Case<'_>, place: Place) -> bool {
     joint.channels.len() == 6 && case.adds_root_offset(joint) && all_close(&sum, case.our_value(channel, track, key))
 }
 
-/// Position channels below the root that stay near zero beside the OFFSET: here they are added to it.
+/// Position channels below the root that stay near zero compared with the OFFSET; mocap adds them to the OFFSET.
 fn joint_offset_added(case: &Case<'_>, place: Place) -> bool {
     let Place::Key(channel, track @ Track::Position, key) = place else {
         return false;
@@ -216,7 +217,7 @@ fn joint_offset_added(case: &Case<'_>, place: Place) -> bool {
     joint.node != 0 && joint.channels.len() == 6 && stays_near && all_close(&sum, case.our_value(channel, track, key))
 }
 
-/// Places in the world: ours is as far from the parent as both are from each other in the file.
+/// World positions: mocap's joint is as far from its parent as in the file.
 fn world_positions(case: &Case<'_>, place: Place) -> bool {
     let Place::Key(channel, track @ Track::Position, key) = place else {
         return false;
@@ -277,7 +278,7 @@ fn odd_row_dropped(case: &Case<'_>, place: Place) -> bool {
 }
 
 fn no_frames(case: &Case<'_>, place: Place) -> bool {
-    // Assimp converts the number to 32 bits, which makes NaN and what does not fit 0.
+    // Assimp converts the number to a 32-bit integer, which makes NaN and too large numbers 0.
     let frames = case.motion.frames;
     let none = frames.is_nan() || (0.0..1.0).contains(&frames) || frames >= 4_294_967_296.0;
     place == Place::Count("animations") && case.ours.animations.is_empty() && none
@@ -297,8 +298,8 @@ fn quaternion_sign(case: &Case<'_>, place: Place) -> bool {
 
 /// Whether rounding decides from which elements of the rotation matrix Assimp computes the quaternion, and so its sign.
 ///
-/// It takes the trace, 4 w^2 - 1, if that is positive: up to 120 degrees. Else it takes the largest element of the
-/// diagonal, which belongs to the largest of x, y and z.
+/// Assimp uses the trace, 4 w^2 - 1, if it is positive: for angles up to 120 degrees. Otherwise it uses the largest
+/// element of the diagonal, which belongs to the largest of x, y and z.
 fn is_on_branch_boundary(quaternion: &[f64]) -> bool {
     let trace = 4.0 * quaternion[0] * quaternion[0] - 1.0;
     let mut squares: Vec<f64> = quaternion[1..].iter().map(|part| part * part).collect();

@@ -1,4 +1,4 @@
-//! What the JSON of `assimp/dump.cpp` and of `mocap dump --json` have in common.
+//! The common parts of the JSON of `assimp/dump.cpp` and of `mocap dump --json`.
 
 use serde::Deserialize;
 

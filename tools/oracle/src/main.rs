@@ -1,6 +1,6 @@
 //! Runs Assimp and `mocap` on the same files and lists every difference: equal, explained or unexplained.
 //!
-//! `tools/oracle/compare` builds both programs and calls this one; `README.md` says what is compared.
+//! `tools/oracle/compare` builds both programs and calls this program; `README.md` describes the comparison.
 
 #![warn(clippy::unwrap_used)]
 

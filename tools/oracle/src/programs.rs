@@ -1,4 +1,4 @@
-//! Runs the two programs and reads what they print.
+//! Runs the two programs and reads their output.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -7,10 +7,10 @@ use std::process::Command;
 use crate::scene::Scene;
 use crate::{assimp_json, mocap_json};
 
-/// What went wrong with a program itself.
+/// The failure of a program itself.
 pub(crate) type Failure = String;
 
-/// A scene, or why the program refuses the file.
+/// A scene, or the reason why the program refuses the file.
 pub(crate) type Answer = Result<Scene, String>;
 
 /// The program of `assimp/dump.cpp` and the `mocap` program.
@@ -52,7 +52,7 @@ impl Programs {
         }
     }
 
-    /// What the program prints, or what it says where it ends with status 1.
+    /// The output of the program, or its message if it ends with status 1.
     fn mocap(&self, file: &Path, processed: bool, options: &[&str]) -> Result<Result<String, String>, Failure> {
         let raw = if processed { None } else { Some("--raw") };
         let output = Command::new(&self.mocap)
@@ -74,7 +74,7 @@ impl Programs {
     }
 }
 
-/// Text in which bytes that are not UTF-8 are Latin-1. Assimp hands a file's bytes on as they are.
+/// Text in which bytes that are not UTF-8 are Latin-1. Assimp does not change a file's bytes.
 fn decoded(bytes: &[u8]) -> String {
     let chunks = bytes.utf8_chunks();
     chunks

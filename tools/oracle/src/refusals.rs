@@ -1,5 +1,5 @@
-//! The explained cases where one of the two programs refuses a file that the other reads. Each rule knows the words of
-//! the refusal, and checks on the file that its reason applies.
+//! The explained cases where one of the two programs refuses a file that the other reads. Each rule has the words of
+//! the message, and checks on the file that its reason applies.
 
 use crate::source::{Channel, Source};
 
@@ -9,12 +9,12 @@ pub(crate) enum Program {
     Mocap,
 }
 
-/// Why one program refuses a file and the other does not.
+/// The reason why one program refuses a file and the other does not.
 pub(crate) struct Refusal {
     /// The row of `README.md` that gives the reason.
     pub id: &'static str,
     pub by: Program,
-    /// The refusal holds one of these.
+    /// The message contains one of these texts.
     words: &'static [&'static str],
     holds: fn(&Source) -> bool,
 }
@@ -163,7 +163,7 @@ pub(crate) const REFUSALS: &[Refusal] = &[
     },
 ];
 
-/// Words that Assimp compares with capitals and small letters distinguished.
+/// Words that Assimp compares case-sensitively.
 const SPELLINGS: &[&str] = &[
     "HIERARCHY",
     "ROOT",
@@ -220,7 +220,7 @@ fn end_site_name(source: &Source) -> bool {
     })
 }
 
-/// An End Site that begins before the one before is closed.
+/// An End Site that begins before the last End Site is closed.
 fn nested_end_site(source: &Source) -> bool {
     let mut is_open = false;
     words(source).any(|word| {
@@ -239,7 +239,7 @@ fn text_before_hierarchy(source: &Source) -> bool {
     words(source).next() != Some("HIERARCHY") && source.text.replace('\0', "").contains("HIERARCHY")
 }
 
-/// Whether a word is a number, and right behind it another with a sign.
+/// Whether a word is a number that is directly followed by another number with a sign.
 fn numbers_run_together(source: &Source) -> bool {
     words(source).any(|word| {
         let sign = word
@@ -258,7 +258,7 @@ fn comma_and_point(source: &Source) -> bool {
     has_comma && words(source).any(|word| word.contains('.') && is_number(word))
 }
 
-/// Whether the outermost brace is not closed before MOTION, or is followed by anything else.
+/// Whether the outermost brace is not closed before MOTION, or is followed by other text.
 fn unbalanced_hierarchy(source: &Source) -> bool {
     let mut depth = 0;
     let mut closed = false;
@@ -291,7 +291,7 @@ fn incomplete_position(source: &Source) -> bool {
     })
 }
 
-/// Whether most rows of the motion, one a line, have not as many values as the hierarchy has channels.
+/// Whether most rows of the motion, one per line, have another number of values than the hierarchy has channels.
 fn row_length(source: &Source) -> bool {
     let Some(motion) = &source.motion else { return false };
     let wrong = motion

@@ -1,4 +1,4 @@
-//! What was found on one file, and how it prints.
+//! The findings on one file, and their text.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -16,7 +16,7 @@ use crate::text::{self, TextDifference};
 #[derive(Debug)]
 pub(crate) struct Finding {
     pub explanation: Option<&'static str>,
-    /// Which output differs, and where in it.
+    /// The output that differs, and the place of the difference.
     pub place: String,
     pub assimp: String,
     pub ours: String,
@@ -28,7 +28,7 @@ pub(crate) struct Report {
     /// Values and lines that are equal.
     pub equal: usize,
     pub findings: Vec<Finding>,
-    /// How far an element of a rotation key is from double precision at most: in Assimp's scenes and in ours.
+    /// The largest error of an element of a rotation key against double precision: in Assimp's scenes, and in mocap's.
     pub rotation_errors: (f64, f64),
 }
 
@@ -52,7 +52,7 @@ impl Report {
         self.findings.iter().any(|finding| finding.explanation == Some(id))
     }
 
-    /// A program that crashed, or printed what it should not.
+    /// A program that crashed, or printed invalid output.
     pub(crate) fn failure(&mut self, output: &str, what: String) {
         self.find(None, format!("{output}: {what}"), String::new(), String::new());
     }
@@ -67,8 +67,8 @@ impl Report {
         });
     }
 
-    /// Compares two answers. Gives the explained and the unexplained differences of two scenes, and nothing where one
-    /// program refuses the file, so that there is no text to compare.
+    /// Compares two answers. Returns the explained and the unexplained differences of two scenes, or `None` if one
+    /// program refuses the file, because there is then no text to compare.
     pub(crate) fn answers(
         &mut self,
         source: &Source,
@@ -126,7 +126,7 @@ impl Report {
         Some(classed)
     }
 
-    /// Our rotations must be as near to the rotations in double precision as Assimp's, or within the last place.
+    /// mocap's rotations must be as near to the rotations in double precision as Assimp's, or within the last place.
     fn kinematics(&mut self, motion: &Motion, output: &str, assimp: &Scene, ours: &Scene) {
         let (Some(assimp), Some(ours)) = (motion.rotation_error(assimp), motion.rotation_error(ours)) else {
             return;
@@ -215,7 +215,7 @@ fn reason_of_refusal(source: &Source, by: Program, message: &str) -> Option<&'st
         .map(|refusal| refusal.id)
 }
 
-/// An output may differ where its scenes do, for the same reason, or for a reason of its own where they do not.
+/// An output may differ for the reason for which its scenes differ, or, if its scenes are equal, for its own reason.
 fn reason_of_text(scenes: &[(Difference, Option<&'static str>)], difference: &TextDifference) -> Option<&'static str> {
     let shown: Vec<Option<&'static str>> = scenes
         .iter()

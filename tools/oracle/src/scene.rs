@@ -1,11 +1,11 @@
-//! A scene as both programs describe it, so that a comparison need not know who said what.
+//! A common form for the scenes of both programs, so that a comparison is independent of the program.
 
 use std::fmt;
 
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
 
-/// Everything that is compared.
+/// All compared data.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scene {
     pub nodes: Vec<Node>,
@@ -108,7 +108,8 @@ impl Scene {
         self.nodes.iter().position(|node| node.meshes.contains(&mesh))
     }
 
-    /// Where the mesh's own origin stands in the rest pose. The vertices of a skinned mesh stand there already.
+    /// The position of the mesh's origin in the rest pose. The vertices of a skinned mesh already include this
+    /// position.
     pub(crate) fn mesh_origin(&self, mesh: usize) -> [f64; 3] {
         match self.holder(mesh) {
             Some(holder) if self.meshes[mesh].bones.is_empty() => self.rest_position(holder),
@@ -116,7 +117,8 @@ impl Scene {
         }
     }
 
-    /// Where the node stands in the rest pose. BVH's rest pose has no rotations, so the offsets add up.
+    /// The position of the node in the rest pose. BVH's rest pose has no rotations, so the position is the sum of the
+    /// offsets.
     pub(crate) fn rest_position(&self, node: usize) -> [f64; 3] {
         let mut position = [0.0; 3];
         let mut at = Some(node);
@@ -130,7 +132,7 @@ impl Scene {
     }
 }
 
-/// A JSON number, or the text or the null that stands for what JSON has no number for.
+/// A JSON number, or the text or null in place of a number that JSON cannot represent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Number(pub f64);
 

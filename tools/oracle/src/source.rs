@@ -1,17 +1,17 @@
-//! What the BVH file itself says, so that an explanation can be checked on the file and not only on the two answers.
+//! Reads the BVH file itself, so that a rule can check an explanation on the file, and not only on the two answers.
 //!
-//! A plain reader of its own: words between white space, in the grammar that Assimp accepts. It knows nothing of the
-//! library under test and shares nothing with it.
+//! A plain, separate reader: words between white space, in the grammar that Assimp accepts. It shares no code with the
+//! library under test.
 
 use std::str::SplitWhitespace;
 
 use crate::scene::Scene;
 
-/// A file, its words, and its contents where it is in the plain grammar.
+/// A file, its words, and its contents if it follows the plain grammar.
 pub(crate) struct Source {
     /// The text; bytes that are not UTF-8 are replaced.
     pub text: String,
-    /// Hierarchy and motion, where the file is in the plain grammar.
+    /// Hierarchy and motion, if the file follows the plain grammar.
     pub motion: Option<Motion>,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Motion {
     pub frame_time: f64,
     /// The numbers of the motion up to the first other word.
     pub values: Vec<f64>,
-    /// How many values each line of the motion has.
+    /// The number of values in each line of the motion.
     pub line_lengths: Vec<usize>,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct Joint {
     /// Index into [`Motion::nodes`].
     pub node: usize,
     pub channels: Vec<Channel>,
-    /// Where its channels begin in a row of the motion.
+    /// The index of the node's first channel in a row of the motion.
     pub first_column: usize,
 }
 
@@ -68,7 +68,7 @@ impl Motion {
         self.joints.iter().map(|joint| joint.channels.len()).sum()
     }
 
-    /// The motion without the lines that have not one value a channel, if there are such lines and they are few.
+    /// The motion without lines whose number of values is wrong, if there are such lines and they are few.
     pub(crate) fn without_odd_lines(&self) -> Option<Self> {
         let columns = self.columns();
         let odd = self.line_lengths.iter().filter(|&&length| length != columns).count();
@@ -89,8 +89,8 @@ impl Motion {
         Some(kept)
     }
 
-    /// How far an element of a rotation key is from this motion's, at most. Keys of frames with a hole do not count.
-    /// Nothing where the lines are not the rows, so that it is open which value belongs to which joint.
+    /// The largest distance of an element of a rotation key from this motion's element. Keys of frames with a missing
+    /// value do not count. `None` if the lines are not the rows, because the joints of the values are then unknown.
     pub(crate) fn rotation_error(&self, scene: &Scene) -> Option<f64> {
         if self.line_lengths.iter().any(|&length| length != self.columns()) {
             return None;
@@ -134,7 +134,8 @@ impl Motion {
         self.row(joint, frame).all(|(_, value)| value.is_finite())
     }
 
-    /// The last finite values of the joint's channels up to the frame. A channel without one is 0, as at rest.
+    /// The last finite values of the joint's channels up to the frame. A channel without a finite value is 0, as at
+    /// rest.
     pub(crate) fn held_row(&self, joint: &Joint, frame: usize) -> Vec<(Channel, f64)> {
         let mut held: Vec<_> = joint.channels.iter().map(|&channel| (channel, 0.0)).collect();
         for (index, held) in held.iter_mut().enumerate() {
@@ -220,7 +221,7 @@ fn line_lengths(text: &str) -> Vec<usize> {
 }
 
 fn read(text: &str) -> Option<Motion> {
-    // A brace at the front of a word stands apart from it.
+    // A brace at the front of a word is a separate word.
     let spaced = text.replace('{', " { ").replace('}', " } ");
     let mut words = spaced.split_whitespace();
     let mut motion = Motion::default();
@@ -325,7 +326,7 @@ mod tests {
 
     #[test]
     fn rotations_multiply_in_file_order() {
-        // A quarter turn about z, then one about the turned x axis: the cycle x to y to z to x.
+        // A quarter turn about z, then a quarter turn about the rotated x axis: the cycle x to y to z to x.
         let [w, x, y, z] = rotation(&[(Channel::Rotation(2), 90.0), (Channel::Rotation(0), 90.0)]);
         for part in [w, x, y, z] {
             assert!((part - 0.5).abs() < 1e-15, "{w} {x} {y} {z}");

@@ -1,4 +1,4 @@
-//! The explained differences as `README.md` lists them: the table there is what the comparison goes by.
+//! The explained differences in the table of `README.md`, which the comparison uses.
 
 const README: &str = include_str!("../README.md");
 

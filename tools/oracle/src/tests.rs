@@ -1,5 +1,5 @@
-//! Does the comparison find what it must find? Assimp's own answers on a probe stand for both programs' here, and one
-//! of them is changed.
+//! Tests that the comparison finds differences. Both programs' answers are Assimp's answers on a probe, and one of them
+//! is changed.
 
 use crate::assimp_json;
 use crate::report::Report;
@@ -10,7 +10,7 @@ const PROBE: &str = include_str!("../probes/near_origin.bvh");
 const RAW: &str = include_str!("../probes/near_origin.none.json");
 const PROCESSED: &str = include_str!("../probes/near_origin.MaxQuality+Debone.json");
 
-/// Where the probe's root stands at rest.
+/// The rest position of the probe's root.
 const ROOT_OFFSET: [f64; 3] = [0.004, 0.008, -0.006];
 
 fn assimp(json: &str) -> Scene {
@@ -25,7 +25,7 @@ fn report(bvh: &str, processed: bool, assimp: Scene, ours: Scene) -> Report {
     report
 }
 
-/// The explanations of what differs after a change to our scene.
+/// The explanations of the differences after a change of mocap's scene.
 fn explanations(json: &str, change: impl Fn(&mut Scene)) -> Vec<Option<&'static str>> {
     let mut ours = assimp(json);
     change(&mut ours);
@@ -185,7 +185,7 @@ fn dropped_positions_are_explained_where_ours_are_the_files() {
     let mut assimps = assimp(RAW);
     let mut ours = assimp(RAW);
     for scene in [&mut assimps, &mut ours] {
-        // Their rotations are those of six channels; leave them out on both sides.
+        // Their rotations come from six channels; omit them on both sides.
         scene.animations[0]
             .channels
             .iter_mut()

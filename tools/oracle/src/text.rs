@@ -1,5 +1,4 @@
-//! Compares the lines that Assimp and mocap print in the format of the course. Lines about the same part of the scene
-//! are compared.
+//! Compares the lines about the same part of the scene that Assimp and mocap print in the format of the course.
 //!
 //! A line may differ if that part of the scenes differs for an accepted reason. The text alone has two more accepted
 //! differences: a minus sign before zero, and numbers that are equal to six digits.
@@ -10,7 +9,7 @@ use std::fmt;
 use crate::difference::{BONE_COUNT, Place, close};
 use crate::scene::Track;
 
-/// What a group of lines prints.
+/// The part of the scene that a group of lines prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Subject {
     /// The n-th heading.
@@ -40,7 +39,7 @@ impl fmt::Display for Subject {
     }
 }
 
-/// Lines that differ; empty where one text has no such lines.
+/// Lines that differ; empty if one text has no such lines.
 #[derive(Debug)]
 pub(crate) struct TextDifference {
     pub subject: Subject,
@@ -49,7 +48,7 @@ pub(crate) struct TextDifference {
 }
 
 impl TextDifference {
-    /// Whether a difference of the scenes at the place shows here.
+    /// Whether a difference of the scenes at the place appears in these lines.
     pub(crate) fn shows(&self, place: Place) -> bool {
         self.prints(place) || (self.only_one_text_has_it() && self.is_counted(place))
     }
@@ -58,7 +57,7 @@ impl TextDifference {
         self.assimp.is_empty() || self.ours.is_empty()
     }
 
-    /// Whether these lines print what stands at the place.
+    /// Whether these lines print the value at the place.
     fn prints(&self, place: Place) -> bool {
         match (place, self.subject) {
             (Place::Count(_), Subject::Scene) | (Place::Animation(_), Subject::Animation) => true,
@@ -73,7 +72,7 @@ impl TextDifference {
         }
     }
 
-    /// Whether the place is the count of what these lines print.
+    /// Whether the place is the count of the items that these lines print.
     fn is_counted(&self, place: Place) -> bool {
         match (place, self.subject) {
             (Place::Count("animations"), subject) => subject.is_in_animation(),
@@ -101,7 +100,7 @@ impl<'a> Groups<'a> {
         };
         let mut subject = Subject::Scene;
         let (mut headings, mut nodes) = (0, 0);
-        // Keeps each line's end, so that a missing one at the end of the text is a difference.
+        // Keeps each line break, so that a missing line break at the end of the text is a difference.
         for line in text.split_inclusive('\n') {
             let words: Vec<&str> = line.split_whitespace().collect();
             subject = match *words {
@@ -126,7 +125,8 @@ impl<'a> Groups<'a> {
                     let index = number_before_colon(index).unwrap_or_default();
                     Subject::Key(subject.channel(), key == "posKey", index)
                 }
-                // 2017 lists the bones under their mesh, the later layouts name the mesh in the bone's line.
+                // The layout of 2017 lists the bones under their mesh. The later layouts name the mesh in the bone's
+                // line.
                 ["---", "Bone", "Name:", ..] => subject.next_bone(None),
                 ["Bone", "Name:", ..] => subject.next_bone(mesh_of_bone_line(line)),
                 _ => subject,
@@ -174,7 +174,7 @@ fn mesh_of_bone_line(line: &str) -> Option<usize> {
     line.rsplit_once("   Mesh: ")?.1.split_whitespace().next()?.parse().ok()
 }
 
-/// How many lines of the two outputs are equal, and where they differ.
+/// The number of equal lines in the two outputs, and the places of differences.
 pub(crate) fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) {
     if assimp == ours {
         return (assimp.lines().count(), Vec::new());
@@ -206,11 +206,11 @@ pub(crate) fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) 
     (equal, differences)
 }
 
-/// The explanations that belong to the text alone, as rows of `README.md`.
+/// The explanations that only concern the text, as rows of `README.md`.
 pub(crate) const MINUS_ZERO: &str = "minus-zero";
 pub(crate) const SIXTH_DIGIT: &str = "sixth-digit";
 
-/// The row of `README.md` that explains a difference of the outputs where the scenes have none.
+/// The row of `README.md` that explains a difference of the outputs of equal scenes.
 pub(crate) fn explain(difference: &TextDifference) -> Option<&'static str> {
     let TextDifference { subject, assimp, ours } = difference;
     let unsigned_zeros = |text: &str| match subject {
@@ -227,7 +227,7 @@ pub(crate) fn explain(difference: &TextDifference) -> Option<&'static str> {
     }
 }
 
-/// Whether the outputs are equal but for the last of six digits of some numbers.
+/// Whether the outputs are equal except for the last of six digits of some numbers.
 fn differ_in_sixth_digit(assimp: &str, ours: &str) -> bool {
     let (assimp, ours): (Vec<&str>, Vec<&str>) = (assimp.split(' ').collect(), ours.split(' ').collect());
     assimp.len() == ours.len()

@@ -1,4 +1,4 @@
-"""Assimp, through the dump program of `tools/oracle`: its nodes and keys, played at a tick as Assimp documents them.
+"""Assimp, through the dump program of `tools/oracle`: its nodes and keys, evaluated at a tick as Assimp documents them.
 
     ASSIMP_DUMP=PROGRAM python3 assimp_reader.py FILE last|FRAME replace|add OUT
 """
@@ -11,12 +11,12 @@ from answer import hand_back, index_of_frame, node, output_of
 
 
 def key_at(keys, tick):
-    """The values of the last key that is not later."""
+    """The values of the last key that is not after the tick."""
     return next((key[1:] for key in reversed(keys) if float(key[0]) <= tick), keys[0][1:])
 
 
 def values(key):
-    """Numbers that JSON cannot say are words in the dump."""
+    """Numbers that JSON cannot represent are words in the dump."""
     return [float(value) for value in key]
 
 
@@ -43,7 +43,7 @@ def read(file, frame, _root):
 
     nodes = []
     worlds = []
-    # Nodes stand depth-first with their count of children: the parent is the last one that still lacks one.
+    # Nodes are depth-first with their number of children: the parent is the last node that still lacks a child.
     open_nodes = []
     for scene_node in scene["nodes"]:
         parent = open_nodes[-1][0] if open_nodes else None

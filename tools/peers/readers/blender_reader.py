@@ -1,10 +1,11 @@
-"""Blender as a Python module: the BVH operator with axes that leave the file's numbers as they are.
+"""Blender as a Python module: the BVH operator, with axes that do not change the file's numbers.
 
 A joint becomes a bone, whose head is the joint and whose tail is the End Site. Blender gives a tail to every bone, so
-tails are compared only with End Sites that the file has. A bone without any tip is a tenth long: its tail means nothing.
+tails are compared only with End Sites that the file has. A bone without a tip has a length of a tenth, and its tail has
+no meaning.
 """
 
-# The second import is found only after the first.
+# Python finds the second import only after the first.
 import bpy
 import addon_utils
 

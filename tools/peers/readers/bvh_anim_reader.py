@@ -1,9 +1,9 @@
-"""bvh_anim, through the program of `bvh_anim/`. It stops at the parsed numbers, so they are put into motion here.
+"""bvh_anim, through the program of `bvh_anim/`. bvh_anim only parses numbers, so this script computes the poses.
 
     BVH_ANIM_DUMP=PROGRAM python3 bvh_anim_reader.py FILE last|FRAME replace|add OUT
 
-The kinematics is that of the expected result, whose rule for the root's OFFSET is passed in: where the names, the
-channels and the values are the file's, the positions come out right.
+The kinematics are those of the expected result, whose rule for the root's OFFSET is an argument. So the positions are
+right if the names, the channels and the values are the file's.
 """
 
 import json

@@ -1,7 +1,7 @@
-"""bvhio: `readAsBvh` for the End Sites and the count of frames, its transform hierarchy for the pose.
+"""bvhio: `readAsBvh` gives the End Sites and the number of frames, and the transform hierarchy gives the pose.
 
-The hierarchy gives every joint a rest rotation of its own and has no End Sites. The End Site hangs from the joint's
-turn since the rest pose, which is what the file means by a rotation.
+The hierarchy gives every joint its own rest rotation and has no End Sites. So the End Site follows the joint's rotation
+relative to the rest pose, which is the rotation in the file.
 """
 
 import bvhio
@@ -27,7 +27,7 @@ def read(file, frame, _root):
         index = len(nodes)
         nodes.append(node(joint.Name, parents[-1] if parents else None, joint.PositionWorld))
         parents.append(index)
-        # Where the file has no End Site there is a made-up one of length one; a leaf cannot be told apart.
+        # Without an End Site in the file, bvhio invents one of length 1, which cannot be distinguished from a real one.
         turn = joint.RotationWorld * glm.inverse(rest_rotation)
         tip = joint.PositionWorld + turn * source.EndSite
         nodes.append(node("End Site", index, tip, end=True, optional=True))

@@ -18,10 +18,10 @@ def read(file, frame, _root):
     nodes = []
 
     def visit(joint, parent, origin):
-        # Without frames there is no pose to ask for: the OFFSETs are the rest pose.
+        # Without frames, bvhTools gives no pose; the OFFSETs give the rest pose.
         place = pose[joint.name][1] if pose else [a + b for a, b in zip(origin, joint.offset)]
         index = len(nodes)
-        # The pose has one place for a name: of two that share it, the later.
+        # The pose has one entry per name. If two nodes have the same name, it is the entry of the later node.
         if bvh.skeleton.getJoint(joint.name) is not joint:
             return
         nodes.append(node(joint.name, parent, place, end=joint.name.endswith("_EndSite")))

@@ -1,4 +1,4 @@
-"""Forward kinematics for the peers that stop at the parsed numbers. Matrices are four rows, node to parent."""
+"""Forward kinematics for the peers that only parse numbers. Matrices have four rows, from node to parent."""
 
 import math
 
@@ -24,7 +24,7 @@ def scaling(factors):
 
 
 def rotation_about(axis, degrees):
-    """A counter-clockwise turn about axis 0, 1 or 2."""
+    """A counter-clockwise rotation about axis 0, 1 or 2."""
     cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     first, second = (axis + 1) % 3, (axis + 2) % 3
     matrix = [row[:] for row in IDENTITY]

@@ -1,4 +1,4 @@
-"""`mocap`, through its own command line: `mocap info` for the count of frames, `mocap pose --world` for the nodes.
+"""`mocap`, through its command line: `mocap info` gives the number of frames, `mocap pose --world` the nodes.
 
     MOCAP=PROGRAM python3 mocap_reader.py FILE last|FRAME replace|add OUT
 """
@@ -18,10 +18,11 @@ def read(file, frame, _root):
     frames = info["frames"]
     tick = max(index_of_frame(frame, frames), 0)
     nodes = []
-    # A parent is given by name: where names are equal it is the last one before, as nodes stand depth-first.
+    # The output gives a parent by name. If names are equal, the parent is the last node with this name before the
+    # child, because nodes are depth-first.
     index = {}
     for item in mocap("pose", file, "--tick", str(tick), "--world")["nodes"]:
-        # An End Site is a node like others here, which `None` says.
+        # This output does not distinguish End Sites from joints, hence `None`.
         nodes.append(node(item["name"], index.get(item["parent"]), item["translation"], end=None))
         index[item["name"]] = len(nodes) - 1
     return frames, info["ticks_per_second"], nodes

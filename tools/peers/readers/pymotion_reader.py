@@ -1,7 +1,8 @@
 """PyMotion: `BVH.load` and `fk`, as its README computes world positions.
 
-Its `fk` takes offsets of one frame too; the local positions, which are the OFFSETs wherever a joint has no position
-channels, keep what the file says of the joints that have some. `fk` leaves out the End Sites: each hangs from its joint.
+Its `fk` accepts offsets of one frame, so this script passes the local positions: the OFFSETs for joints without
+position channels, and the file's positions for the others. `fk` omits the End Sites, so the script adds each to its
+joint.
 """
 
 import numpy as np

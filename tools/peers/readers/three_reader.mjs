@@ -2,8 +2,8 @@
 //
 //     node three_reader.mjs FOLDER_OF_THREE FILE last|FRAME replace|add OUT
 //
-// The bytes become text as the browser makes them: UTF-8, without its byte order mark. What the loader reports on the
-// console and goes on is kept as `said`.
+// The bytes become text as in a browser: UTF-8, without a byte order mark. `said` keeps the loader's warnings on the
+// console.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
@@ -24,7 +24,7 @@ const frames = times.length;
 if (frames > 0) {
   const mixer = new AnimationMixer(root);
   const action = mixer.clipAction(clip);
-  // Without these the clip begins anew at its last key.
+  // Without these settings, the clip restarts at its last key.
   action.setLoop(LoopOnce, 1);
   action.clampWhenFinished = true;
   action.play();

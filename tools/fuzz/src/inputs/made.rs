@@ -15,7 +15,7 @@ pub(super) fn glb() -> Vec<Vec<u8>> {
     written.collect()
 }
 
-/// As above, in text, and one with a skin and a texture.
+/// Small motions as glTF text, and one with a skin and a texture.
 pub(super) fn gltf() -> Vec<Vec<u8>> {
     let written = documents().map(|document| document.to_embedded().expect("the fixture is written"));
     let skin = include_bytes!("../../../../fixtures/made/two_bones_textured.gltf");
@@ -61,7 +61,7 @@ pub(super) fn usda() -> Vec<Vec<u8>> {
     usd("usda")
 }
 
-/// As above, in archives.
+/// Small motions as USD archives.
 pub(super) fn usdz() -> Vec<Vec<u8>> {
     usd("usdz")
 }
@@ -115,7 +115,7 @@ fn documents() -> impl Iterator<Item = mocap::gltf::Document> {
     scenes.into_iter().flat_map(written)
 }
 
-/// A walk on the bones of a humanoid, with a key at every frame and with one.
+/// A walk on the bones of a humanoid, with a key at every frame, and with a single key.
 pub(super) fn vrma() -> Vec<Vec<u8>> {
     let mut scene = import("real/cmu_short.bvh");
     Conversion::new().apply(&mut scene).expect("the fixture is converted");

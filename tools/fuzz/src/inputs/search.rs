@@ -1,4 +1,4 @@
-//! Databases of motions and motion graphs: what is made of a file that is no motion itself.
+//! Databases of motions and motion graphs: files that are no motions themselves.
 
 use std::sync::OnceLock;
 
@@ -12,12 +12,12 @@ use super::fixture;
 
 /// Bytes of the checksum at the end of a database.
 const CHECKSUM: usize = 32;
-/// Frames for which a figure is led.
+/// The number of frames for which a figure is steered.
 const FRAMES: usize = 40;
-/// Seconds that are walked over a graph.
+/// The seconds of a walk over a graph.
 const SECONDS: f64 = 5.0;
 
-/// A short walk, and the same in metres.
+/// A short walk, and the same walk in metres.
 fn walk() -> &'static [Scene; 2] {
     static WALK: OnceLock<[Scene; 2]> = OnceLock::new();
     WALK.get_or_init(|| {
@@ -36,14 +36,15 @@ pub(super) fn databases() -> Vec<Vec<u8>> {
     clips.map(|clips| Database::new(clips).to_bytes()).to_vec()
 }
 
-/// A database with the right checksum, so that what is behind it is tried: it is searched, and a figure is led with it.
+/// Corrects the checksum of a database, so that the input tests the code behind it. Searches the database, and steers a
+/// figure with it.
 pub(super) fn database(bytes: &[u8]) -> Result<Scene> {
     let mut sealed = bytes.to_vec();
     if let Some(end) = sealed.len().checked_sub(CHECKSUM) {
         let hash = Sha256::digest(&sealed[..end]);
         sealed[end..].copy_from_slice(&hash);
     }
-    // Without a right checksum none is read.
+    // The reader refuses a database with a wrong checksum.
     let _ = Database::read(bytes);
     let database = Database::read(&sealed[..])?;
     let [walk, metres] = walk();
@@ -62,7 +63,7 @@ pub(super) fn database(bytes: &[u8]) -> Result<Scene> {
         .motion()
 }
 
-/// A walk of several strides, which can go on without an end.
+/// A walk of several strides, which can continue endlessly.
 fn strides() -> &'static Scene {
     static STRIDES: OnceLock<Scene> = OnceLock::new();
     STRIDES.get_or_init(|| mocap::import(fixture("real/cmu_12_01_walk.bvh")).expect("the fixture is read"))
@@ -82,7 +83,7 @@ pub(super) fn graphs() -> Vec<Vec<u8>> {
     vec![graph.to_json().into_bytes()]
 }
 
-/// A graph is an error, or it is walked over.
+/// The reader refuses a graph, or the check walks over it.
 pub(super) fn graph(bytes: &[u8]) -> Result<Scene> {
     let none = || Diagnostic::new(Code::InvalidGraph, "it is no text");
     let graph = MotionGraph::from_json(std::str::from_utf8(bytes).map_err(|_| none())?)?;

@@ -1,4 +1,4 @@
-//! Keywords, of which changed files are put together.
+//! Keywords for changed files.
 
 /// Keywords of each format.
 pub(super) const BVH_WORDS: &[&str] = &[

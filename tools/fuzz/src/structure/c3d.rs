@@ -27,7 +27,7 @@ pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
             }
         }
     }
-    // The data ends early, or goes on.
+    // The data ends early, or continues.
     match random.u8(..8) {
         0 => bytes.truncate(random.usize(..=bytes.len())),
         1 => bytes.extend(vec![random.u8(..); random.usize(..2 * BLOCK)]),
@@ -44,7 +44,7 @@ fn fields(bytes: &[u8]) -> Option<Vec<Field>> {
     let mut fields: Vec<_> = header.into_iter().map(Field).collect();
     fields.push(Field(0..1));
     let start = (usize::from(*bytes.first()?).checked_sub(1)?).checked_mul(BLOCK)?;
-    // The number of blocks, and the processor.
+    // Changes the number of blocks and the processor type.
     fields.extend([Field(start + 2..start + 3), Field(start + 3..start + 4)]);
     let mut at = start + 4;
     while let Some(length) = bytes

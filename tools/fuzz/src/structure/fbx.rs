@@ -1,5 +1,5 @@
-//! Binary FBX: the records are taken apart, changed, and put together again with the offsets and lengths as they have
-//! to be, some of which are then changed too.
+//! Binary FBX: parses the records, changes them, and writes them with correct offsets and lengths. Then some offsets
+//! and lengths change too.
 
 use std::ops::Range;
 
@@ -15,16 +15,16 @@ const HEAD: &[u8] = b"Kaydara FBX Binary  \0\x1a\0";
 /// In this version and later versions, offsets and lengths have 64 bits.
 const WIDE: u32 = 7500;
 
-/// Records within each other, and objects connected in a chain, at most.
+/// The largest depth of records, and of a chain of connected objects.
 const LONGEST_CHAIN: usize = 3000;
 
-/// Copies of a part of the file at most.
+/// The largest number of copies of a part of the file.
 const MOST_COPIES: usize = 300;
 
-/// Bytes of the longest file: copies of copies would go beyond any size.
+/// The size of the longest file in bytes: copies of copies would exceed any size.
 const LONGEST: usize = 1 << 20;
 
-/// Bytes of the largest array that is taken apart or made.
+/// The size of the largest array that is parsed or made, in bytes.
 const LARGEST_ARRAY: usize = 4 << 20;
 
 #[derive(Clone, Default)]
@@ -79,7 +79,7 @@ pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
     writer.empty_record();
     writer.bytes.extend(foot);
     let Writer { mut bytes, fields, .. } = writer;
-    // What the file says of its records is wrong in half of the files.
+    // In half of the files, the lengths of records are wrong.
     for _ in 0..random.usize(..=2) * usize::from(random.bool()) {
         let place = fields.get(random.usize(..fields.len().max(1)))?.clone();
         let field = bytes.get_mut(place)?;
@@ -127,7 +127,7 @@ impl Reader<'_> {
                 properties,
                 records: self.records(next)?,
             });
-            // Broken seeds are no good, and would make the recursion endless.
+            // Broken seeds are useless, and would make the recursion endless.
             if self.at != next {
                 return None;
             }
@@ -160,7 +160,7 @@ impl Reader<'_> {
     }
 }
 
-/// Puts records together, and keeps the places of all that is said of their lengths.
+/// Writes records, and keeps the positions of their offsets and lengths.
 struct Writer {
     bytes: Vec<u8>,
     fields: Vec<Range<usize>>,
@@ -248,7 +248,7 @@ fn change(root: &mut Record, random: &mut Rng) {
     }
 }
 
-/// One of the records, those near the root more often.
+/// One of the records; records near the root are more likely.
 fn somewhere<'a>(record: &'a mut Record, random: &mut Rng) -> &'a mut Record {
     if record.records.is_empty() || random.u8(..4) == 0 {
         return record;
@@ -277,7 +277,7 @@ fn change_property(root: &mut Record, random: &mut Rng) {
     }
 }
 
-/// A number of this type at an edge, or near to what it is.
+/// A number of this type at a limit, or near the present number.
 fn edge(kind: u8, now: &[u8], random: &mut Rng) -> Vec<u8> {
     match kind {
         b'F' | b'f' => float(random).to_le_bytes().to_vec(),
@@ -323,7 +323,7 @@ fn word(random: &mut Rng) -> Vec<u8> {
     WORDS[random.usize(..WORDS.len())].to_vec()
 }
 
-/// Other values, another number of them, another type, or another encoding, all as it has to be.
+/// Changes the values, their number, their type, or their encoding, and keeps the array valid.
 fn change_array(root: &mut Record, random: &mut Rng) {
     let record = somewhere(root, random);
     let arrays = record.properties.iter_mut().filter_map(|property| match property {
@@ -385,7 +385,7 @@ fn rename(root: &mut Record, random: &mut Rng) {
     };
 }
 
-/// Records within each other.
+/// Nests records in each other.
 fn nest(root: &mut Record, random: &mut Rng) {
     let record = somewhere(root, random);
     for _ in 0..random.usize(..LONGEST_CHAIN) {
@@ -405,7 +405,7 @@ fn copy_a_part(root: &mut Record, random: &mut Rng) {
     parent.records.extend(std::iter::repeat_n(part, copies));
 }
 
-/// About as many bytes as the record takes.
+/// The approximate size of the record in bytes.
 fn size(record: &Record) -> usize {
     let of_properties = record.properties.iter().map(|property| match property {
         Property::Number(_, bytes) | Property::Text(_, bytes) | Property::Array { bytes, .. } => 1 + bytes.len(),
@@ -443,7 +443,7 @@ fn connection(child: &Property, parent: &Property, property: Option<&[u8]>) -> R
     }
 }
 
-/// Connects objects with themselves, with what they are connected with already, or in a circle.
+/// Connects objects with themselves, with their present neighbours again, or in a circle.
 fn connect(root: &mut Record, random: &mut Rng) {
     const KINDS: [Option<&[u8]>; 5] = [
         None,
@@ -469,14 +469,14 @@ fn connect(root: &mut Record, random: &mut Rng) {
         _ => {
             let circle = [(&first, &second), (&second, &third), (&third, &first)];
             let circle = circle.map(|(child, parent)| connection(child, parent, None));
-            // Of several parents the first may count, or the last.
+            // A reader may use the first of several parents, or the last.
             let place = if random.bool() { 0 } else { connections.len() };
             connections.splice(place..place, circle);
         }
     }
 }
 
-/// Copies of an object with numbers of their own, each connected with the one before.
+/// Copies of an object with their own IDs, each connected with the copy before.
 fn chain_objects(root: &mut Record, random: &mut Rng) {
     let Some(objects) = section(root, b"Objects").filter(|objects| !objects.is_empty()) else {
         return;

@@ -1,17 +1,17 @@
-//! glTF: the JSON is taken apart and put together again, with the lengths of the container as they have to be.
+//! glTF: parses the JSON, changes it, and writes it with correct lengths of the container.
 
 use fastrand::Rng;
 use serde_json::{Map, Value, json};
 
 use super::{float, number};
 
-/// Bytes of the header of a `.glb` file and the header of its first chunk.
+/// The size in bytes of the header of a `.glb` file together with the header of its first chunk.
 const HEAD: usize = 20;
 
-/// Nodes of the longest chain that is put into a file.
+/// The number of nodes in the longest chain that is put into a file.
 const LONGEST_CHAIN: usize = 3000;
 
-/// Copies of a part of the file at most.
+/// The largest number of copies of a part of the file.
 const MOST_COPIES: usize = 300;
 
 pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
@@ -95,7 +95,7 @@ fn change(json: &mut Value, bin: &mut [u8], random: &mut Rng) {
     }
 }
 
-/// A number that JSON can hold.
+/// A number that JSON can represent.
 fn edge(random: &mut Rng) -> f64 {
     let number = f64::from(float(random));
     if number.is_finite() { number } else { 1e39 }
@@ -132,7 +132,7 @@ fn list<'a>(json: &'a mut Value, name: &str) -> Option<&'a mut Vec<Value>> {
     json.get_mut(name)?.as_array_mut().filter(|list| !list.is_empty())
 }
 
-/// One of the objects of a list, at whatever depth the list is.
+/// One of the objects of a list, at any depth.
 fn set_somewhere(json: &mut Value, name: &str, key: &str, value: Value, random: &mut Rng) {
     let mut lists = Vec::new();
     lists_of(json, name, &mut lists);
@@ -203,7 +203,7 @@ fn copy_a_part(json: &mut Value, random: &mut Rng) {
     }
 }
 
-/// A child more for some node: another's, or one of its ancestors, or itself.
+/// Adds a child to some node: the child of another node, an ancestor of the node, or the node itself.
 fn join_nodes(json: &mut Value, random: &mut Rng) {
     let Some(nodes) = list(json, "nodes") else { return };
     let count = nodes.len();
@@ -288,7 +288,7 @@ fn remove_something(json: &mut Value, random: &mut Rng) {
     }
 }
 
-/// The objects at the ends of the tree: those that have no object below.
+/// The objects at the ends of the tree: objects that contain no object.
 fn objects_of<'a>(value: &'a mut Value, found: &mut Vec<&'a mut Map<String, Value>>) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(|value| objects_of(value, found)),

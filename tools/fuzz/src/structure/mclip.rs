@@ -4,7 +4,7 @@ use fastrand::Rng;
 
 use super::number;
 
-/// Where the numbers of the header stand, and how many bytes they have. `docs/packed-clip.md` has the layout.
+/// The positions of the header's numbers, and their sizes in bytes. `docs/packed-clip.md` has the layout.
 const HEADER: [(usize, usize); 12] = [
     (4, 2),
     (6, 2),
@@ -31,7 +31,7 @@ pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
         let (at, size) = place(&bytes, random)?;
         change(&mut bytes, at, size, random)?;
         let frames = bytes.get(12..16).and_then(|four| four.first_chunk().copied())?;
-        // Otherwise the duration refuses every other number of frames.
+        // The duration must match, or the reader refuses any other number of frames.
         if at == 12 && random.bool() {
             let last = f64::from(u32::from_le_bytes(frames)) - 1.0;
             bytes.get_mut(24..32)?.copy_from_slice(&last.to_le_bytes());

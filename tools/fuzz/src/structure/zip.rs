@@ -1,19 +1,20 @@
-//! Changes within the entries of an archive, whose check sums are right: with a wrong sum an entry is refused unread.
+//! Changes within the entries of an archive, with correct checksums: a reader refuses an entry with a wrong checksum
+//! before it reads the content.
 
 use fastrand::Rng;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
 use super::{float, number};
 
-/// Bytes that an entry may have after it is decompressed.
+/// The largest size of an entry after decompression, in bytes.
 const LARGEST: usize = 1 << 20;
-/// How an entry is stored: as it is, or deflated.
+/// The compression method of an entry: stored or deflated.
 const STORED: usize = 0;
 const DEFLATED: usize = 8;
-/// Bytes of the headers of `APPNOTE.TXT`, 4.3.7 and 4.3.12, before the name of an entry.
+/// The sizes of the headers in `APPNOTE.TXT`, 4.3.7 and 4.3.12, before the name of an entry.
 const LOCAL: usize = 30;
 const RECORD: usize = 46;
-/// Of a header of NumPy, its text with the type and the shape stands in so many bytes.
+/// The size of the text with type and shape in a NumPy header, in bytes.
 const NUMPY_HEADER: usize = 128;
 
 struct Entry {
@@ -21,14 +22,14 @@ struct Entry {
     data: Vec<u8>,
 }
 
-/// The archive with one to three of its entries changed; all are stored as they are.
+/// The archive with one to three changed entries; all entries are stored without compression.
 pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
     let mut entries = entries(bytes)?;
     for _ in 0..random.usize(1..4) {
         let entry = random.usize(..entries.len());
         change(&mut entries[entry].data, random)?;
     }
-    // Arrays may be missing, or stand twice.
+    // Removes or repeats arrays.
     match random.u8(..16) {
         0 => drop(entries.swap_remove(random.usize(..entries.len()))),
         1 => {
@@ -41,7 +42,7 @@ pub(super) fn mutate(bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
 }
 
 fn change(data: &mut [u8], random: &mut Rng) -> Option<()> {
-    // Numbers stand behind the header of an array, at whole steps of their size.
+    // Numbers follow the header of an array, at multiples of their size.
     let numbers = data.len().saturating_sub(NUMPY_HEADER);
     let mut put = |at: usize, value: &[u8]| {
         let place = data.get_mut(NUMPY_HEADER + at..)?.get_mut(..value.len())?;
@@ -68,7 +69,7 @@ fn change(data: &mut [u8], random: &mut Rng) -> Option<()> {
     Some(())
 }
 
-/// The entries that the directory lists; `None` where there are none, or where one cannot be taken out.
+/// The entries of the directory; `None` if there are no entries, or if an entry cannot be read.
 fn entries(bytes: &[u8]) -> Option<Vec<Entry>> {
     let short = |at: usize| Some(u16::from_le_bytes(*bytes.get(at..at + 2)?.first_chunk()?) as usize);
     let long = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..at + 4)?.first_chunk()?) as usize);
@@ -124,7 +125,7 @@ fn archive(entries: &[Entry]) -> Vec<u8> {
     bytes
 }
 
-/// CRC-32 of ISO 3309, the check sum of an entry.
+/// CRC-32 of ISO 3309, the checksum of an entry.
 fn check_sum(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0xedb8_8320;
     !bytes.iter().fold(!0_u32, |sum, byte| {

@@ -1,4 +1,4 @@
-//! The layouts against the headers that Debian ships.
+//! Compares the layouts with Debian's headers.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use super::*;
 
-/// Lets the C++ compiler compare every size and every offset with the headers that Debian ships.
+/// The C++ compiler compares every size and every offset with Debian's headers.
 #[test]
 fn layouts_are_those_of_the_headers() {
     let mut source = String::from(

@@ -1,5 +1,5 @@
-//! The functions that only the system's Assimp has. `tests/symbols.txt` lists all that there are; a test holds the
-//! library against it.
+//! The functions that only the system's Assimp has. `tests/symbols.txt` lists all symbols; a test compares the library
+//! with the list.
 
 use crate::forward::forwarded;
 

@@ -1,8 +1,8 @@
 //! The tables of virtual functions and the type infos that Assimp 5.2.5 exports, with the same sizes.
 //!
-//! A type info is data alone, which the C++ library looks at for `dynamic_cast` and for exceptions. A virtual function
-//! is a stub that leads to the same word of the same table of the system's Assimp. The tables are from
-//! `tests/symbols.txt`; their words were read from Debian's library with `readelf`.
+//! A type info is only data, which the C++ library reads for `dynamic_cast` and for exceptions. A virtual function is a
+//! stub that jumps to the same entry of the same table in the system's Assimp. The names of the tables are from
+//! `tests/symbols.txt`; `readelf` gave their entries in Debian's library.
 
 use std::ffi::{CStr, c_void};
 
@@ -26,13 +26,13 @@ impl Word {
         Self(code)
     }
 
-    /// What an object of a class begins with: its table, behind the two words that are not functions.
+    /// The first word of an object: the address of its class's table, after the two words that are no functions.
     pub(crate) const fn table(table: *const Word) -> Self {
         Self(table.wrapping_add(2).cast())
     }
 }
 
-// Of the C++ library, which build.rs links.
+// Symbols of the C++ library, which build.rs links.
 unsafe extern "C" {
     #[link_name = "_ZTVN10__cxxabiv117__class_type_infoE"]
     static CLASS: Word;
@@ -186,7 +186,7 @@ type_infos! {
     derived _ZTISt19_Sp_counted_deleterIPhSt14default_deleteIA_hESaIvELN9__gnu_cxx12_Lock_policyE2EE _ZTSSt19_Sp_counted_deleterIPhSt14default_deleteIA_hESaIvELN9__gnu_cxx12_Lock_policyE2EE _ZTISt16_Sp_counted_baseILN9__gnu_cxx12_Lock_policyE2EE;
 }
 
-// Types whose name is there without an info.
+// Types for which Assimp exports a name without a type info.
 type_names! {
     _ZTSSt14default_deleteIA_hE
     _ZTSSt19_Sp_make_shared_tag

@@ -1,6 +1,6 @@
 //! The classes behind `std::shared_ptr` that Assimp exports because it uses them.
 //!
-//! They are the C++ library's, so that another library of the program may use these tables for pointers of its own:
+//! The classes belong to the C++ library. So another library of the program may use these tables for its own pointers:
 //! they work without the system's Assimp. Objects have the layout of the GNU C++ library: a table, two counts, the
 //! pointer.
 
@@ -24,7 +24,7 @@ struct Counted {
     pointer: *mut c_void,
 }
 
-/// Its name, which the C++ library compares types by, stands behind its table.
+/// The name of the class, by which the C++ library compares types, follows its table.
 #[repr(C)]
 struct TypeInfo {
     table: *const c_void,
@@ -137,7 +137,7 @@ unsafe extern "C" fn deleter_of_bytes(this: *mut Counted, asked: *const TypeInfo
     // SAFETY: the name of a type ends with a zero byte.
     let name = unsafe { CStr::from_ptr((*asked).name) };
     if name == c"St14default_deleteIA_hE" {
-        // The deleter has no size, and stands where the pointer does.
+        // The deleter has no size, and shares the address of the pointer.
         // SAFETY: the field is one of the object.
         unsafe { (&raw mut (*this).pointer).cast() }
     } else {

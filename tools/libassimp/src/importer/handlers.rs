@@ -1,5 +1,5 @@
-//! The importer's handlers: the program's file system and its progress. The importer owns what it is given, and NULL
-//! gives it back.
+//! The importer's handlers: the program's file system and its progress. The importer owns its handlers; NULL returns a
+//! handler to the program.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -19,7 +19,7 @@ methods! {
         }
     }
 
-    /// `IOSystem *GetIOHandler() const`: the program's, otherwise the system's Assimp's.
+    /// `IOSystem *GetIOHandler() const`: the program's handler, otherwise the handler of the system's Assimp.
     fn _ZNK6Assimp8Importer12GetIOHandlerEv(state) -> *mut c_void | ptr::null_mut() => {
         match state.handlers.io.0.is_null() {
             true => registry::handler(state, calls::io_handler()),
@@ -41,7 +41,8 @@ methods! {
         }
     }
 
-    /// `ProgressHandler *GetProgressHandler() const`: the program's, otherwise the system's Assimp's.
+    /// `ProgressHandler *GetProgressHandler() const`: the program's handler, otherwise the handler of the system's
+    /// Assimp.
     fn _ZNK6Assimp8Importer18GetProgressHandlerEv(state) -> *mut c_void | ptr::null_mut() => {
         match state.handlers.progress.0.is_null() {
             true => registry::handler(state, calls::progress_handler()),

@@ -1,4 +1,4 @@
-//! The importer's properties. They are told apart by their names; the value of one that was never set is the caller's.
+//! The importer's properties, by name. A property that was never set has the caller's default.
 
 use std::ffi::{CStr, c_char, c_void};
 

@@ -8,7 +8,7 @@ use crate::abi::{AI_FAILURE, AI_SUCCESS, aiImporterDesc, aiReturn, aiString};
 use crate::extensions::{aiGetExtensionList, aiIsExtensionSupported};
 use crate::system::calls;
 
-/// Defines methods that the importer of the system's Assimp does, and their value where there is none.
+/// Defines methods of the system's importer, and their values without the system's Assimp.
 macro_rules! system_methods {
     ($(
         $(#[$attribute:meta])*
@@ -98,7 +98,7 @@ fn register(state: &mut State, method: Result<Register, String>, part: *mut c_vo
     result
 }
 
-/// A method that gives a handler.
+/// A method that returns a handler.
 type GetHandler = unsafe extern "C" fn(*mut c_void) -> *mut c_void;
 
 /// A handler that the importer of the system's Assimp has; NULL if there is none.

@@ -1,4 +1,4 @@
-//! What stands behind an importer, and how its methods are defined.
+//! The state behind an importer, and the macro that defines its methods.
 
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -25,18 +25,18 @@ impl Clone for Importer {
 
 impl Copy for Importer {}
 
-/// What stands behind an importer.
+/// The state behind an importer.
 #[repr(C)]
 pub(crate) struct State {
-    /// Tells it from what stands behind an importer of the system's Assimp, which begins with another pointer.
+    /// Distinguishes this state from the state of the system's importers, which begins with another pointer.
     tag: *const u8,
     pub(crate) properties: Properties,
     pub(crate) scene: *mut aiScene,
     pub(super) failure: CString,
     pub(crate) handlers: Handlers,
-    /// Made at first need, and kept for the loaders and steps that the program has registered with it.
+    /// Created when first needed, and kept for the program's loaders and steps.
     pub(super) system: Option<SystemImporter>,
-    /// Whether the program has registered any: then the system's Assimp reads every file.
+    /// Whether the program has registered a loader or step; the system's Assimp then reads every file.
     pub(super) has_registered: bool,
     /// A `std::exception_ptr` to no exception.
     pub(super) exception: *const c_void,
@@ -61,7 +61,7 @@ impl State {
         }
     }
 
-    /// The system's importer behind this one.
+    /// The system's importer behind this importer.
     pub(crate) fn system(&mut self) -> Result<&SystemImporter, String> {
         if self.system.is_none() {
             self.system = Some(SystemImporter::new()?);
@@ -84,7 +84,7 @@ impl State {
     /// Reads a file in place of the scene before.
     ///
     /// # Safety
-    /// What the input and the handlers point to is what their types say.
+    /// The pointers of the input and of the handlers point to values of their types.
     pub(crate) unsafe fn read(&mut self, input: Input<'_>, flags: u32) -> *mut aiScene {
         self.free_scene();
         let properties = self.properties.clone();
@@ -103,10 +103,10 @@ impl State {
         self.scene
     }
 
-    /// Runs steps on the scene. Where they fail there is no scene any more.
+    /// Runs steps on the scene. If a step fails, there is no scene any more.
     ///
     /// # Safety
-    /// A process is one of the program's.
+    /// A process is a process of the program.
     pub(crate) unsafe fn run(&mut self, steps: Steps) -> *mut aiScene {
         let (scene, properties, progress) = (self.scene, self.properties.clone(), self.handlers.progress);
         if scene.is_null() {
@@ -146,8 +146,8 @@ pub(crate) unsafe fn state<'a>(importer: *const Importer) -> Option<&'a mut Stat
     }
 }
 
-/// Defines methods of the class, each under its symbol. A method has its effect for an importer of this library. It
-/// also has a value in case the system's Assimp has to be called and cannot be.
+/// Defines methods of the class under their symbols. Each method has a body for importers of this library, and a value
+/// for the case that the system's Assimp is necessary but missing.
 macro_rules! methods {
     ($(
         $(#[$attribute:meta])*
@@ -157,7 +157,7 @@ macro_rules! methods {
             $(#[$attribute])*
             ///
             /// # Safety
-            /// The first argument is an importer, the others are what the method's declaration says.
+            /// The first argument is an importer; the others match the method's declaration.
             #[unsafe(no_mangle)]
             pub(crate) unsafe extern "C" fn $symbol(
                 importer: *mut crate::importer::Importer

@@ -27,7 +27,7 @@ functions! {
     /// The transpose.
     change aiTransposeMatrix3(matrix: aiMatrix3x3) { transpose(matrix) }
 
-    /// The point `matrix` x `vector`; the last row has no part in it.
+    /// The point `matrix` x `vector`, without the last row.
     change aiTransformVecByMatrix4(vector: aiVector3D, matrix: *const aiMatrix4x4) {
         let [x, y, z] = vector;
         let [first, second, third, _] = matrix.map(|[a, b, c, d]| a * x + b * y + c * z + d);
@@ -51,7 +51,7 @@ functions! {
         i32::from(near(a.as_flattened(), b.as_flattened(), epsilon))
     }
 
-    /// The inverse; not a number where there is none.
+    /// The inverse; NaN for a singular matrix.
     change aiMatrix3Inverse(matrix: aiMatrix3x3) {
         inverse(determinant3(matrix), |rows, columns| {
             let [a, b] = rows.map(|row| columns.map(|column: usize| matrix[row][column]));
@@ -77,7 +77,7 @@ functions! {
     /// A rotation that takes the first of two unit vectors to the second.
     make aiMatrix3FromTo(aiMatrix3x3, from: *const aiVector3D, to: *const aiVector3D) { from_to(from, to) }
 
-    /// The same without a translation.
+    /// A 3 x 3 rotation matrix that takes the first of two unit vectors to the second.
     make aiMatrix4FromMatrix3(aiMatrix4x4, matrix: *const aiMatrix3x3) { extended(matrix, [0.0; 3]) }
 
     /// A rotation whose rows are scaled, and a translation.
@@ -102,7 +102,7 @@ functions! {
         i32::from(near(a.as_flattened(), b.as_flattened(), epsilon))
     }
 
-    /// The inverse; not a number where there is none.
+    /// The inverse; NaN for a singular matrix.
     change aiMatrix4Inverse(matrix: aiMatrix4x4) {
         inverse(determinant4(matrix), |rows, columns| {
             let [a, b, c] = rows.map(|row| columns.map(|column: usize| matrix[row][column]));
@@ -182,7 +182,7 @@ pub(crate) unsafe extern "C" fn aiIdentityMatrix3(matrix: *mut aiMatrix3x3) {
     unsafe { matrix.write(identity()) };
 }
 
-/// Takes `matrix` apart: translation x rotation x scaling. One that mirrors has three negative scales.
+/// Splits `matrix` into translation x rotation x scaling. A matrix that mirrors has three negative scales.
 ///
 /// # Safety
 /// They are a matrix and the places of two vectors and a quaternion.
@@ -240,7 +240,7 @@ pub(crate) unsafe extern "C" fn aiMatrix4DecomposeIntoScalingAxisAnglePosition(
     let parts = Parts::of(unsafe { *matrix });
     let [cosine, x, y, z] = unit(quaternion_of(transpose(parts.axes)));
     let sine = (1.0 - cosine * cosine).sqrt();
-    // Of a rotation by next to nothing the axis is of no length.
+    // For a rotation by almost 0, the axis has length 0.
     let divisor = if sine.abs() < NEARLY_IDENTITY { 1.0 } else { sine };
     // SAFETY: the caller passes the places of three vectors and a number.
     unsafe {
@@ -251,7 +251,7 @@ pub(crate) unsafe extern "C" fn aiMatrix4DecomposeIntoScalingAxisAnglePosition(
     }
 }
 
-/// Takes a matrix of a rotation and a translation apart.
+/// Splits a matrix into its rotation and its translation.
 ///
 /// # Safety
 /// They are a matrix and the places of a quaternion and a vector.
@@ -270,7 +270,7 @@ pub(crate) unsafe extern "C" fn aiMatrix4DecomposeNoScaling(
     }
 }
 
-/// What a matrix is made of.
+/// The factors of a matrix.
 struct Parts {
     scaling: aiVector3D,
     /// The axes of the rotation: its columns.
@@ -288,7 +288,7 @@ impl Parts {
         };
         Self {
             scaling,
-            // An axis without a length has no direction to divide out.
+            // An axis of length 0 has no direction.
             axes: std::array::from_fn(|axis| divided(columns[axis], scaling[axis])),
             position: position_of(matrix),
         }
@@ -373,7 +373,7 @@ fn from_to(from: aiVector3D, to: aiVector3D) -> aiMatrix3x3 {
     ]
 }
 
-/// Of vectors that are nearly parallel: over the axis that is farthest from the first.
+/// For nearly parallel vectors, rotates over the axis that is farthest from the first vector.
 fn two_reflections(from: aiVector3D, to: aiVector3D) -> aiMatrix3x3 {
     let [x, y, z] = from.map(f32::abs);
     let axis = match (x < y, x < z, y < z) {

@@ -17,14 +17,14 @@ functions! {
         [cos, x, y, z]
     }
 
-    /// The unit quaternion of these x, y and z whose w is not negative.
+    /// The unit quaternion with these x, y and z and a w that is not negative.
     make aiQuaternionFromNormalizedQuaternion(aiQuaternion, normalized: *const aiVector3D) {
         let [x, y, z] = normalized;
         let square = 1.0 - x * x - y * y - z * z;
         [if square < 0.0 { 0.0 } else { square.sqrt() }, x, y, z]
     }
 
-    /// 1 if both are the same numbers, else 0.
+    /// 1 if both have the same numbers, else 0.
     tell aiQuaternionAreEqual(a: *const aiQuaternion, b: *const aiQuaternion) -> i32 { i32::from(a == b) }
 
     /// 1 if no component differs by more than `epsilon`, else 0.
@@ -46,7 +46,7 @@ functions! {
         slerp(start, end, factor)
     }
 
-    /// The rotation that a matrix is.
+    /// The rotation of a matrix.
     make aiCreateQuaternionFromMatrix(aiQuaternion, matrix: *const aiMatrix3x3) { quaternion_of(matrix) }
 }
 
@@ -62,7 +62,7 @@ fn from_euler_angles(pitch: f32, yaw: f32, roll: f32) -> aiQuaternion {
     ]
 }
 
-/// Sums are from x to w, as Assimp's.
+/// Sums go from x to w, as in Assimp.
 fn squares(q: aiQuaternion) -> [f32; 4] {
     let [w, x, y, z] = q;
     [x, y, z, w]
@@ -124,8 +124,8 @@ pub(super) fn matrix_of([w, x, y, z]: aiQuaternion) -> aiMatrix3x3 {
 }
 
 /// The rotation as a quaternion, by Shepperd's method. The divisor comes from the trace if that is positive, else from
-/// the greatest element of the diagonal. It is positive itself. That fixes which of the two quaternions it is, and also
-/// the answer for a matrix that shears.
+/// the greatest element of the diagonal. The divisor is positive. This determines which of the two opposite quaternions
+/// the result is, and the result for a matrix that shears.
 pub(super) fn quaternion_of([[a1, a2, a3], [b1, b2, b3], [c1, c2, c3]]: aiMatrix3x3) -> aiQuaternion {
     let twice_root = |sum: f32| 2.0 * sum.sqrt();
     if a1 + b2 + c3 > 0.0 {

@@ -72,7 +72,7 @@ functions! {
     /// The products of the components.
     change aiVector3SymMul(a: aiVector3D, b: *const aiVector3D) { each(a, b, |a, b| a * b) }
 
-    /// Each component divided by `divisor`; unchanged if that is 0.
+    /// Each component divided by `divisor`; unchanged if `divisor` is 0.
     change aiVector3DivideByScalar(v: aiVector3D, divisor: f32) { divided(v, divisor) }
 
     /// The quotients of the components.

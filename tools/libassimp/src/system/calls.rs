@@ -1,5 +1,5 @@
 //! The functions of the system's Assimp that this library calls by itself, each with its symbol and its signature. Only
-//! here are the two tied, so that a look-up needs no further proof.
+//! this file joins symbols and signatures, so that a look-up is safe without other checks.
 
 use std::ffi::{CStr, c_char, c_void};
 
@@ -13,8 +13,8 @@ type This = *mut c_void;
 /// A property store of C.
 type Store = *mut c_void;
 
-/// Defines a look-up for each function: its pointer, or why there is none. To call it is as unsafe as its declaration
-/// in the headers says.
+/// Defines a look-up for each function: it returns the function's pointer, or the reason why there is none. The caller
+/// must meet the conditions of the function's declaration in the headers.
 macro_rules! calls {
     ($($name:ident = $symbol:ident($($argument:ty),*) $(-> $result:ty)?;)*) => {
         $(

@@ -1,4 +1,4 @@
-//! Compiling and running the C++ programs.
+//! Compiles and runs the C++ programs.
 
 #[path = "../../../succeed.rs"]
 mod succeed;
@@ -9,14 +9,14 @@ use std::sync::OnceLock;
 
 pub(crate) use succeed::succeed;
 
-/// Which `libassimp.so.5` a program runs with.
+/// The `libassimp.so.5` with which a program runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Library {
     Debian,
     Ours,
 }
 
-/// The folder in which our library is called as programs look for it. It is built when first asked for.
+/// The folder of our library under the name that programs load. The library is built when first needed.
 pub(crate) fn our_folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -27,7 +27,7 @@ pub(crate) fn our_folder() -> &'static Path {
                 Command::new(env!("CARGO"))
                     .args(["build", "--quiet", "--target-dir"])
                     .arg(target)
-                    // What the tests are built with, so that mocap is not compiled a second time.
+                    // The profile of the tests, so that mocap is not compiled a second time.
                     .args(if cfg!(feature = "meshopt") {
                         &["--features", "meshopt"][..]
                     } else {
@@ -60,19 +60,19 @@ pub(crate) fn compile(name: &str, options: &[&str]) -> PathBuf {
     program
 }
 
-/// Runs a program on a file, and returns what it prints.
+/// Runs a program on a file, and returns its output.
 pub(crate) fn run(program: &Path, library: Library, file: &str) -> String {
     run_with(program, library, &[file])
 }
 
-/// Runs a program, and returns what it prints.
+/// Runs a program, and returns its output.
 pub(crate) fn run_with(program: &Path, library: Library, arguments: &[&str]) -> String {
     let mut command = Command::new(program);
     command.args(arguments);
     text(succeed(with(&mut command, library)))
 }
 
-/// Runs a program with our library under valgrind, which fails on invalid accesses and on memory that is not freed.
+/// Runs a program with our library under valgrind, which fails on invalid accesses and memory leaks.
 pub(crate) fn run_under_valgrind(program: &Path, file: &str) {
     let mut command = Command::new("valgrind");
     command.args([
@@ -82,8 +82,7 @@ pub(crate) fn run_under_valgrind(program: &Path, file: &str) {
         "--errors-for-leak-kinds=definite,indirect,possible",
     ]);
     command.arg(program).arg(file);
-    // Without the system's Assimp, whose memory is its own affair. What is kept for the whole process is still
-    // reachable.
+    // Runs without the system's Assimp, whose memory is not tested. Memory for the whole process is still reachable.
     succeed(with(command.env("MOCAP_ASSIMP_FORWARD", "off"), Library::Ours));
 }
 
@@ -95,7 +94,7 @@ pub(crate) fn with(command: &mut Command, library: Library) -> &mut Command {
     }
 }
 
-/// What a command printed.
+/// The output of a command.
 pub(crate) fn text(output: Output) -> String {
     String::from_utf8(output.stdout).unwrap()
 }

@@ -4,17 +4,17 @@ use super::{Case, length};
 use crate::difference::{BONE_COUNT, FACE_COUNT, NORMAL_COUNT, Place, VERTEX_COUNT, all_close, close};
 use crate::scene::{Mesh, Scene};
 
-/// How near to the origin a bone must be for Assimp's Debone to leave its mesh untransformed, on each axis.
+/// The largest distance of a bone from the origin on each axis at which Assimp's Debone does not transform its mesh.
 const DEBONE_IDENTITY: f64 = 0.01;
 
 /// Below this length of a face's cross product Assimp gives the face the normal 1 0 0.
 const SMALL_FACE: f64 = 1e-5;
 
 impl Case<'_> {
-    /// Whether the normals point the same way, as far as Assimp's rounded vertices can say.
+    /// Whether the normals point the same way, within the rounding of Assimp's vertices.
     ///
-    /// It computes a normal from vertices in mesh space. Far from the origin the rounding of the vertices turns the
-    /// normal, by about the rounding over the height of the triangle.
+    /// Assimp computes a normal from vertices in mesh space. Far from the origin, the rounding of the vertices turns
+    /// the normal by about the rounding divided by the height of the triangle.
     fn same_direction(&self, mesh: usize, vertex: usize) -> bool {
         let (assimp, ours) = (&self.assimp.meshes[mesh], &self.ours.meshes[mesh]);
         let Some(face) = face_of(assimp, vertex) else {
@@ -35,7 +35,7 @@ impl Case<'_> {
         along.fold(0.0, f64::max) <= 1e-5 + 4.0 * rounding / height
     }
 
-    /// The rest position of the node that holds the mesh, if Assimp's Debone took its offset matrix for the identity.
+    /// The rest position of the node with the mesh, if Assimp's Debone treated its offset matrix as the identity.
     fn near_origin(&self, mesh: usize) -> Option<[f64; 3]> {
         let position = self.assimp.rest_position(self.assimp.holder(mesh)?);
         (self.processed && position.iter().all(|part| part.abs() <= DEBONE_IDENTITY)).then_some(position)
@@ -139,7 +139,7 @@ pub(super) fn small_faces_joined(case: &Case<'_>, place: Place) -> bool {
     let is_small = |vertex: usize| {
         face_of(&case.assimp.meshes[mesh], vertex).is_some_and(|face| length(&cross(face)) < SMALL_FACE)
     };
-    // Near the origin the mesh is left untransformed as well.
+    // Near the origin, Debone does not transform the mesh either.
     let origin = if case.near_origin(mesh).is_some() {
         [0.0; 3]
     } else {
@@ -201,14 +201,14 @@ fn same_triangles(assimp: Vec<Vec<f64>>, mut ours: Vec<Vec<f64>>) -> bool {
         })
 }
 
-/// What a scene draws in the rest pose, whatever mesh and node it belongs to.
+/// The triangles that a scene draws in the rest pose, independent of their mesh and node.
 fn triangles(scene: &Scene) -> Vec<Vec<f64>> {
     (0..scene.meshes.len())
         .flat_map(|mesh| mesh_triangles(scene, mesh, scene.mesh_origin(mesh)))
         .collect()
 }
 
-/// The corners of every face of a mesh whose own origin stands at `origin`.
+/// The corners of every face of a mesh whose origin is at `origin`.
 fn mesh_triangles(scene: &Scene, mesh: usize, origin: [f64; 3]) -> Vec<Vec<f64>> {
     let mesh = &scene.meshes[mesh];
     let corners = |face: &Vec<usize>| {

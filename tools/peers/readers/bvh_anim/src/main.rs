@@ -1,8 +1,8 @@
-//! Prints what the crate `bvh_anim` makes of a BVH file: its joints, and the values of one frame.
+//! Prints a BVH file as the crate `bvh_anim` reads it: its joints, and the values of one frame.
 //!
 //!     bvh-anim-dump FILE last|FRAME
 //!
-//! Exit status 1 where the crate returns an error; a panic of the crate ends the program as panics do.
+//! The exit status is 1 if the crate returns an error; a panic of the crate ends the program with a panic.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -59,12 +59,12 @@ fn print() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a channel drives, and the place of its value in a frame.
+/// The target of a channel, and the index of its value in a frame.
 fn channel(channel: &Channel) -> Value {
     json!([channel.channel_type().as_str(), channel.motion_index()])
 }
 
-/// A name is bytes to the crate: UTF-8 where they are that, else Latin-1, so that no byte is lost.
+/// The crate gives a name as bytes. Valid UTF-8 is read as UTF-8, other bytes as Latin-1, so that no byte is lost.
 fn text(name: &[u8]) -> String {
     String::from_utf8(name.to_vec()).unwrap_or_else(|_| name.iter().copied().map(char::from).collect())
 }
