@@ -1,4 +1,4 @@
-// Runs `mocap retarget` and `mocap edit` with and without a lock of the feet, and compares how fast feet go. See README.md.
+// Runs `mocap retarget` and `mocap edit` with and without a foot lock, and compares the speed of feet. See README.md.
 
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -14,7 +14,7 @@ import { compare, jointsOf } from "./measure.js";
 
 const TOP = fileURLToPath(new URL("../../", import.meta.url));
 const MOCAP = process.env.MOCAP;
-/** The largest that a speed and an acceleration may be beside those without a lock. */
+/** The largest ratio of a speed and of an acceleration to their values without a lock. */
 const [SPEED, ACCELERATION] = [1.2, 1.5];
 /** The largest sliding speed of feet in contact above the sliding speed of the source's feet, in metres a second. */
 const MORE_SLIDE = 0.005;
@@ -28,7 +28,7 @@ const names = option("characters")?.split(",") ?? ["human_default", "human_cmu",
 const folder = mkdtempSync(join(tmpdir(), "feet-"));
 process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
 
-/** The map of a file, by hand: its own, or that of the file of this name among the fixtures. */
+/** The hand-made map of a file: its own map, or the map of the fixture of the same name. */
 function mapOf(path) {
   const beside = join(dirname(path), "truth.json");
   const own = existsSync(beside) ? Object.entries(JSON.parse(readFileSync(beside, "utf8")).files ?? {}) : [];
@@ -40,7 +40,7 @@ function mocap(...args) {
   return spawnSync(MOCAP, [...args, "--force"], { encoding: "utf8", maxBuffer: 1 << 28 });
 }
 
-/** Joints of the legs in every frame of a file that mocap wrote. */
+/** The joints of the legs in every frame of a file that mocap wrote. */
 function sampled(path, bonesByName, times) {
   const scene = readGltf(path);
   const bones = bonesOf(bonesByName, scene.names);
@@ -50,7 +50,9 @@ function sampled(path, bonesByName, times) {
   return times.map(at);
 }
 
-/** The motion of a source: BVH as it stands; other formats as `mocap convert` makes glTF of them, without a change. */
+/**
+ * The motion of a source. A BVH file is read directly; `mocap convert` makes glTF of other formats, without options.
+ */
 function sourceOf(path) {
   const map = mapOf(path);
   if (!map?.humanoid || !map.map) return undefined;
@@ -75,16 +77,19 @@ function sourceOf(path) {
 const legOf = (frame) =>
   Math.max(...["left", "right"].map((side) => length(sub(frame[`${side}UpperLeg`], frame[`${side}LowerLeg`])) + length(sub(frame[`${side}LowerLeg`], frame[`${side}Foot`]))));
 
-/** A source whose legs are as long as those of the target. */
+/** A source scaled to the leg length of the target. */
 function scaled({ frames }, target) {
   const factor = legOf(target[0]) / legOf(frames[0]);
   return frames.map((frame) => Object.fromEntries(Object.entries(frame).map(([bone, place]) => [bone, place.map((value) => value * factor)])));
 }
 
-/** How many frames a file has that mocap wrote. */
+/** The number of frames of a file that mocap wrote. */
 const framesOf = (path) => Math.max(1, ...readGltf(path).tracks.map(({ times }) => times.length));
 
-/** A motion with locked feet and without, beside its source, whose first frame may be a rest pose that is left out. */
+/**
+ * A motion with locked feet and with free feet, and its source. The first frame of the source may be a rest pose, which
+ * is omitted.
+ */
 function judge({ seconds, frames }, locked, free, map) {
   const source = { seconds, frames: frames.length - framesOf(locked) === 1 ? frames.slice(1) : frames };
   const times = source.frames.map((_, frame) => frame * seconds);

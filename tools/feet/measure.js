@@ -1,29 +1,32 @@
-// Speeds and accelerations of feet, and how fast they slide in contact. No code of mocap takes part.
+// Measures speeds and accelerations of feet, and how fast they slide in contact, without code of mocap.
 
 import { length, scale, sub } from "../roll/math.js";
 
 const SIDES = ["left", "right"];
 const LEGS = SIDES.flatMap((side) => ["UpperLeg", "LowerLeg", "Foot", "Toes"].map((bone) => `${side}${bone}`));
 
-/** A joint of a foot is in contact where it is less high above its level of rest than this, in metres, ... */
+/** A joint of a foot is in contact if its height above its resting level is less than this, in metres, ... */
 const HEIGHT = 0.03;
 /** ... and slower over the ground than this, in metres a second, ... */
 const SLOW = 0.15;
 /** ... for this long, in seconds: a swinging foot is slow for a frame where it turns back. */
 const LASTS = 0.08;
-/** What is around a moment, in seconds: a lock may move an acceleration to the next frame. */
+/** The time around a moment that counts, in seconds: a lock may move an acceleration to the next frame. */
 const AROUND = 0.25;
-/** Slower than these, in m/s and m/s2, is no movement; nor is what is slower than this fraction of the fastest moment. */
+/**
+ * Speeds and accelerations below these limits, in m/s and m/s2, are no movement; nor are those below this fraction of
+ * the largest.
+ */
 const STILL = { speed: 0.1, acceleration: 2 };
 const OF_FASTEST = 0.25;
 
-/** The joints of the legs that a figure has, with their indices. */
+/** The leg joints of a figure, with their indices. */
 export const jointsOf = (bones) => LEGS.filter((bone) => bones[bone] !== undefined).map((bone) => [bone, bones[bone]]);
 
 /**
- * Compares the feet of a source, as large as the target, of the target with free feet, and with locked ones. A ratio is that
- * of a joint with a lock, at one moment, to the same joint without one around that moment. The worst joint and moment of the
- * clip counts; beside it stand the largest values of the clip.
+ * Compares the feet of three motions: the source, scaled to the target; the target with free feet; and the target with
+ * locked feet. A ratio compares a locked joint at one moment with the same free joint around this moment. The result
+ * has the worst ratio of any joint and moment, and the largest values of the clip.
  */
 export function compare(source, free, lock, seconds) {
   const joints = SIDES.flatMap((side) => [`${side}Foot`, `${side}Toes`]).filter((bone) => free[0][bone]);
@@ -56,8 +59,8 @@ function accelerations(places, seconds) {
 }
 
 /**
- * The mean speed over the ground of feet in contact, in the frames in which those of the source are. A foot that turns about
- * its ball or its heel does not slide, so the slowest of its joints that are low in the source counts.
+ * The mean speed over the ground of feet, in the frames in which the source's feet are in contact. A foot that turns
+ * about its ball or its heel does not slide. So only the slowest of its joints that are low in the source counts.
  */
 function slides(source, targets, seconds) {
   const sums = [0, 0, 0];
@@ -93,7 +96,7 @@ function slides(source, targets, seconds) {
   return { contacts, source: was, free, lock };
 }
 
-/** The level on which a joint of both feet rests: the fifth percentile of the lower one. */
+/** The resting level of a joint of both feet: the fifth percentile of the lower joint. */
 function levelOf(frames, bone) {
   const heights = frames.map((frame) => Math.min(...SIDES.map((side) => frame[side + bone]?.[1] ?? Infinity))).sort((a, b) => a - b);
   return heights[Math.floor((heights.length - 1) / 20)];

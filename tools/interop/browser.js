@@ -1,5 +1,5 @@
-// A page of page/ in Chromium without a screen, and a server on this machine alone for the page, its modules and the
-// written files.
+// Opens a page of page/ in Chromium without a screen. A local server provides the page, its modules and the written
+// files.
 
 import { mkdtempSync, rmSync } from "node:fs";
 import { readFile } from "node:fs/promises";
@@ -42,8 +42,8 @@ async function serve(outputs) {
 }
 
 /**
- * Opens a page of page/ and gives it to `body`, with the address of the server and Chromium's version. The files in
- * `outputs` are under /files there. An error in the page is a failed check.
+ * Opens a page of page/ and passes it to `body`, with the address of the server and Chromium's version. The server has
+ * the files of `outputs` under /files. An error in the page is a failed check.
  */
 export async function withPage(results, outputs, name, body) {
   const profile = mkdtempSync(join(tmpdir(), "mocap-chromium-"));

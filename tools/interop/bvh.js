@@ -1,5 +1,5 @@
-// The motion of a BVH file in double precision, read and computed without mocap: what a written file is measured against.
-// It reads plain BVH, as the clips of sizes.js are, and no dialects.
+// Reads the motion of a BVH file in double precision, without mocap, as the reference for written files. It reads plain
+// BVH, the form of the clips of sizes.js, and no dialects.
 
 import { readFileSync } from "node:fs";
 
@@ -59,8 +59,8 @@ function readHierarchy(words) {
 }
 
 /**
- * Where every joint stands in the world in a row of the motion, in the units of the file. Position channels stand in
- * place of the OFFSET, and rotation channels turn in the order of the file, the first one outermost.
+ * The world position of every joint in a row of the motion, in the units of the file. Position channels replace the
+ * OFFSET. Rotation channels apply in the order of the file, the first outermost.
  *
  * @param {Motion} motion
  * @returns {number[][]}

@@ -5,12 +5,12 @@ import { basename, extname, join } from "node:path";
 
 import { convert, fixtures, outputName, pose, realFixture, subfolder } from "./mocap.js";
 
-/** What goes over glTF first. */
+/** The formats that are converted to glTF first. */
 const OVER_GLTF = ["cmu_short.bvh", "lecture_Test.bvh", "mocopi_jump_six_channels.bvh", "rokoko_dance.bvh"];
 
 /**
- * Writes them, or a sample: real BVH, AMC and FBX files directly, and some over glTF. Each as what it was made from, and what was
- * written. C3D is left out: markers without links are no skeleton.
+ * Writes all BVH files, or a sample: from real BVH, AMC and FBX files directly, and from some over glTF. Returns the
+ * source and the written file of each. C3D is omitted, because markers without links are no skeleton.
  */
 export function writeBvhs(folder, sample) {
   const outputs = subfolder(folder, "bvh");
@@ -43,12 +43,12 @@ export function jointsOf(path) {
   return { joints, frames, frameTime };
 }
 
-/** Where the joints of a written file are in its source: the nodes above the first ROOT are left out of the file. */
+/** The indices of a written file's joints in its source. The written file omits the nodes above the first ROOT. */
 export function placesBelow(input, tick, joints) {
   return pose(input, tick)
     .slice(-joints.length)
     .map((node) => node.translation);
 }
 
-/** What a written file is called in messages. */
+/** The name of a written file in messages. */
 export const nameOf = ({ input, output }) => `${basename(input)} as ${basename(output)}`;

@@ -1,4 +1,4 @@
-// Runs the parts, each a file under parts/, and counts.
+// Runs the parts, which are files under parts/, and counts the results.
 
 import { mkdirSync, mkdtempSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -24,7 +24,7 @@ const PARTS = [
   "bounds",
   "corpus",
 ];
-/** Needs a Python environment of its own, see README.md, so it runs when named. */
+/** This part needs its own Python environment (see README.md), so it only runs when named. */
 const PARTS_BY_NAME = ["blender", "retarget"];
 
 const { values, positionals } = parseArgs({

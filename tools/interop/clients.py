@@ -1,8 +1,8 @@
-"""Prints where ufbx or Assimp has the nodes of a file, as JSON: of each time a map from name to place.
+"""Prints the positions of a file's nodes in ufbx or Assimp as JSON: for each time, a map from name to position.
 
     clients.py ufbx|assimp FILE METRES SECONDS..
 
-METRES is what a unit of the file is for Assimp, which keeps the numbers of the file."""
+METRES is the length of the file's unit for Assimp, which keeps the numbers of the file."""
 
 import gc
 import json
@@ -13,9 +13,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "fbx"))
 
-# Frames per second of the highest rate among the files: so near a key is at a time.
+# The highest frame rate of the files: within such a frame, a key counts as at a time.
 RATE = 240.0
-# Scenes of ufbx: its module frees them in an order that crashes, also the garbage collector.
+# Keeps all scenes of ufbx, because its module crashes when it frees them, even through the garbage collector.
 HELD = []
 
 

@@ -1,11 +1,13 @@
-// Places of joints: when to look, where they should be, and how far off they are.
+// Compares positions of joints: the times, the expected positions, and the errors.
 
-/** How far a joint may be off in a figure of human size, in metres. */
+/** The largest error of a joint in a figure of human size, in metres. */
 const TOLERANCE = 0.0001;
-/** The height up to which that holds; a larger figure may be off by the same share of its size. */
+/** The height up to which this limit holds. In a larger figure, the limit grows with its size. */
 const HUMAN_SIZE = 2.5;
 
-/** Ticks to look at: both ends, two frames between, and half-way between two frames, where the client interpolates. */
+/**
+ * The compared ticks: both ends, two frames between, and half-way between two frames, where the client interpolates.
+ */
 export function ticksOf(frames) {
   const last = frames - 1;
   const ticks = [0, Math.floor(last / 3), Math.floor((2 * last) / 3), last];
@@ -14,8 +16,8 @@ export function ticksOf(frames) {
 }
 
 /**
- * The way from a source to the written file, by the steps that the file names: from a tick of the file to the
- * source's, and from a place in the source to the file's. Throws at a step that it cannot repeat.
+ * Two functions from the steps that a written file names: from a tick of the file to a tick of its source, and from a
+ * position in the source to a position in the file. Throws at a step that it cannot repeat.
  */
 export function stepsOf(provenance) {
   let ticksBefore = 0;
@@ -44,7 +46,7 @@ export function stepsOf(provenance) {
   return { sourceTick: (tick) => tick + ticksBefore, change };
 }
 
-/** The largest distance between two lists of places. NaN where they are not of one length. */
+/** The largest distance between two lists of positions; NaN if their lengths differ. */
 export function largestDistance(places, expected) {
   if (places.length !== expected.length) return NaN;
   let largest = 0;
@@ -55,7 +57,7 @@ export function largestDistance(places, expected) {
   return largest;
 }
 
-/** How far off joints at these places may be. */
+/** The largest allowed error of joints at these positions. */
 export function toleranceFor(places) {
   const extents = [0, 1, 2].map((axis) => {
     const values = places.map((place) => place[axis]);

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compares where `mocap` puts the nodes of glTF files with an independent sampler in double precision.
+"""Compares the nodes of glTF files in `mocap` with an independent sampler in double precision.
 
     tools/interop/corpus.py [--json] FILE_OR_FOLDER...
 
-Every clip is compared at its ends and at moments between them, a file without one in its rest pose. A node may be off by
-1e-5 of the figure's size. `FILE=TWIN` gives `FILE` to mocap and `TWIN`, the same without compression, to the sampler.
-`--json` prints an object for each file. MOCAP names the program; without it, target/release/mocap is taken. Exit code 1
-where a file is off or cannot be read.
+Every clip is compared at its ends and at moments between them; a file without a clip is compared in its rest pose. The
+limit is 1e-5 of the figure's size. `FILE=TWIN` gives `FILE` to mocap, and its uncompressed copy `TWIN` to the sampler.
+`--json` prints an object for each file. MOCAP names the program; the default is target/release/mocap. The exit code is
+1 if a file differs or cannot be read.
 """
 import base64
 import json
@@ -24,7 +24,7 @@ TOLERANCE = 1e-5
 TYPES = {5120: "b", 5121: "B", 5122: "h", 5123: "H", 5125: "I", 5126: "f"}
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 LARGEST = {"b": 127, "B": 255, "h": 32767, "H": 65535}
-# The last moment is after the end: at its very key a step is one or the other within a float's rounding.
+# The last moment is after the end: exactly at its key, rounding decides which value a step has.
 MOMENTS = (0.0, 0.123, 0.31, 0.5, 0.777, 1.00001)
 PATHS = ("translation", "rotation", "scale")
 
@@ -134,7 +134,7 @@ def sample(times, values, interpolation, path, seconds):
 
 
 def matrix(node, driven):
-    """The local transform as the rows of a matrix, without the last."""
+    """The local transform as the first three rows of a matrix."""
     if "matrix" in node and not driven:
         return [tuple(float(node["matrix"][4 * column + row]) for column in range(4)) for row in range(3)]
     x, y, z, w = unit(driven.get("rotation", node.get("rotation", (0, 0, 0, 1))))
@@ -172,7 +172,7 @@ def listed(gltf):
 
 
 def target(channel):
-    """The node and the property that a channel moves, or None where it moves something else."""
+    """The node and the property that a channel moves; None if it moves neither translation, rotation nor scale."""
     at = channel["target"]
     pointer = at.get("extensions", {}).get("KHR_animation_pointer", {}).get("pointer", "").split("/")
     if at["path"] == "pointer" and len(pointer) == 4 and pointer[1] == "nodes" and pointer[3] in PATHS:
@@ -181,7 +181,7 @@ def target(channel):
 
 
 def left_out(gltf):
-    """Nodes that only show something, in a file with joints."""
+    """Nodes that only have a visible mesh, in a file with joints."""
     joints = {joint for skin in gltf.get("skins", []) for joint in skin["joints"]}
     moved = {target(c)[0] for a in gltf.get("animations", []) for c in a["channels"] if target(c)}
     shows = lambda node: ("mesh" in node or "camera" in node) and not node.get("children")
@@ -193,7 +193,7 @@ def run(*arguments):
 
 
 def distance(gltf, nodes, driven, posed):
-    """How far `mocap` is off at most, as a share of the figure's size."""
+    """The largest error of `mocap`, as a fraction of the figure's size."""
     world = {}
     for index, parent in nodes:
         local = matrix(gltf["nodes"][index], driven.get(index, {}))
@@ -247,7 +247,7 @@ def judge(argument):
         result["off"], result["clips"] = compare(Path(path), Path(twin or path))
     except subprocess.CalledProcessError as error:
         result["error"] = error.stderr.decode(errors="replace").strip() or str(error)
-    except Exception as error:  # A file that the sampler cannot read is told, and the others go on.
+    except Exception as error:  # The script reports a file that the sampler cannot read, and continues.
         result["error"] = f"the sampler: {type(error).__name__}: {error}"
     return result
 

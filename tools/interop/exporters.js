@@ -1,4 +1,4 @@
-// Programs that write glTF, each with its own defaults: the files that mocap has to read as they are meant.
+// Programs that write glTF with their own defaults. mocap must read these files correctly.
 
 import { execFileSync } from "node:child_process";
 import { chmodSync, readFileSync, writeFileSync } from "node:fs";
@@ -16,7 +16,7 @@ const BLENDER_SCRIPT = fileURLToPath(new URL("blender/export_gltf.py", import.me
 
 const run = (program, ...args) => execFileSync(program, args, { stdio: ["ignore", "pipe", "pipe"] });
 
-/** What GLTFExporter asks of a browser. */
+/** The parts of a browser that GLTFExporter needs. */
 globalThis.FileReader ??= class {
   readAsArrayBuffer(blob) {
     blob.arrayBuffer().then((buffer) => this.#end(buffer));
@@ -49,7 +49,7 @@ async function glbFromThree(input, output, options) {
   await exportFromThree(gltf.scene, gltf.animations, output, options);
 }
 
-/** A track of in-tangent, value and out-tangent at each time, as three.js has it from a file of such curves. */
+/** A track of in-tangent, value and out-tangent at each time, as three.js reads cubic curves. */
 function curve(Track, name, times, values) {
   const track = new Track(name, times, values);
   const createInterpolant = () => {
@@ -60,10 +60,10 @@ function curve(Track, name, times, values) {
   return track;
 }
 
-/** A key with tangents that bend the way to it and from it. */
+/** A key whose tangents bend the curve before it and after it. */
 const tangents = (value) => [...value.map((number) => 1 - number), ...value, ...value.map((number) => 2 * number)];
 
-/** Clips with steps, curves, uneven times and scales, on bones below a group that is turned and scaled. */
+/** Clips with steps, curves, uneven times and scales, on bones below a rotated and scaled group. */
 export async function madeInThree(output, options) {
   const bones = ["hips", "spine", "head"].map((name, depth) => {
     const bone = new Bone();
@@ -114,7 +114,7 @@ const gltfTransform = (...command) => ({
   write: (input, output) => run(`${PROGRAMS}gltf-transform`, command[0], input, output, ...command.slice(1)),
 });
 
-/** `takes`: the formats of its inputs. `extension`: of its output, where it is not .glb. */
+/** `takes` lists the formats of the inputs. `extension` is the extension of the output, if it is not .glb. */
 export const EXPORTERS = [
   { name: "three.js of BVH", takes: [".bvh"], write: bvhFromThree },
   { name: "three.js of BVH, .gltf", takes: [".bvh"], extension: ".gltf", write: bvhFromThree },
@@ -134,7 +134,7 @@ export const EXPORTERS = [
   gltfTransform("meshopt"),
 ];
 
-/** Those that are large to install. */
+/** Programs with a large installation. */
 export const LARGE_EXPORTERS = [
   { name: "Assimp", takes: [".bvh", ".fbx"], write: (input, output) => run("assimp", "export", input, output, "-fglb2") },
   {
@@ -148,7 +148,7 @@ export const LARGE_EXPORTERS = [
   },
 ];
 
-/** Blender, where BLENDER_PYTHON names a Python that has bpy. */
+/** Blender, if BLENDER_PYTHON names a Python with bpy. */
 export const BLENDER = [[], ["unsampled"]].map((options) => ({
   name: ["Blender", ...options].join(", "),
   takes: [".bvh", ".fbx", ".glb"],

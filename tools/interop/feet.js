@@ -1,11 +1,11 @@
-// Limbs and feet of a moving figure, sampled by three.js: what retargeting is judged by. No code of mocap takes part.
+// Samples limbs and feet of a moving figure with three.js, to judge retargeting without code of mocap.
 
 import { AnimationMixer, LoopOnce, Vector3 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
 import { glbOf, readGlb } from "./glb.js";
 
-/** A joint of a foot is in contact where it is less high above its level of rest than this, in metres, ... */
+/** A joint of a foot is in contact if its height above its resting level is less than this, in metres, ... */
 const CONTACT_HEIGHT = 0.03;
 /** ... and less fast over the ground than this, in metres a second. */
 const CONTACT_SPEED = 0.15;
@@ -13,7 +13,7 @@ const CONTACT_SPEED = 0.15;
 const CONTACT_TIME = 0.08;
 /** The depth below the floor that counts, in metres. */
 const BELOW = 0.01;
-/** The highest that a vertex of a sole is at rest, in metres, and how many of each foot are looked at. */
+/** The largest height of a sole's vertex at rest, in metres, and the number of sampled vertices per foot. */
 const SOLE = 0.02;
 const VERTICES = 60;
 
@@ -26,7 +26,7 @@ const LIMBS = SIDES.flatMap((side) => [
 ]);
 
 /**
- * A .glb file with one motion as three.js has it. Pictures and extensions are left out: Node decodes none.
+ * A .glb file with one motion, loaded by three.js. Pictures and extensions are omitted, because Node decodes none.
  *
  * @param {string} path
  */
@@ -47,7 +47,7 @@ async function load(path) {
   return { gltf, objects, clip: gltf.animations.at(-1) };
 }
 
-/** The name of the joint of each bone. Where the names of a figure have its sides exchanged, so are its bones here. */
+/** The name of the joint of each bone. If the names of a figure exchange left and right, so do its bones here. */
 export function bonesOf({ map, sides }) {
   const isExchanged = sides?.names === "opposite" || sides === "opposite";
   const other = (bone) => bone.replace(/^(left|right)/, (side) => (side === "left" ? "right" : "left"));
@@ -134,7 +134,7 @@ function lowestOf(soles) {
   return lowest;
 }
 
-/** The level on which each joint of a foot rests: the fifth percentile of the lower of both feet. */
+/** The resting level of each joint of a foot: the fifth percentile of the lower of both feet. */
 function levels({ frames }) {
   const count = Math.min(...frames[0].feet.map((foot) => foot.length));
   return Array.from({ length: count }, (_, joint) => {
@@ -143,7 +143,7 @@ function levels({ frames }) {
   });
 }
 
-/** The share of frames in which a joint of a foot is farther below its height of rest than `BELOW`. */
+/** The fraction of frames in which a joint of a foot is more than `BELOW` under its resting height. */
 function shareBelow({ frames }, heights) {
   const isBelow = ({ feet }) =>
     feet.some((foot, side) => foot.some(([, y], joint) => y < heights[side][joint] - BELOW));
@@ -151,8 +151,8 @@ function shareBelow({ frames }, heights) {
 }
 
 /**
- * Compares a motion with what became of it: the mean angle of the limbs in degrees, the speed of feet in contact in
- * metres a second, and the share of frames below the floor, by joints and, where there is a mesh, by its soles.
+ * Compares a motion with its retargeted copy: the mean angle of the limbs in degrees, the speed of feet in contact in
+ * metres a second, and the fraction of frames below the floor. Joints and, with a mesh, soles count as below the floor.
  */
 export function compare(source, target) {
   const feet = source.hasFeet && target.hasFeet ? compareFeet(source, target) : undefined;
@@ -184,7 +184,7 @@ function compareFeet(source, target) {
       run = [];
     }
   }
-  /** The slowest joint of a foot of the source that is low and slow from one frame to the next. */
+  /** The slowest joint of a source foot that is low and slow in two successive frames. */
   function slowestInContact(frame, side) {
     const joints = Math.min(rest.length, target.frames[frame].feet[side].length);
     const low = [...Array(joints).keys()].filter(
@@ -206,7 +206,7 @@ function compareFeet(source, target) {
   };
 }
 
-/** The mean angle between limbs, after the turn about the up axis that brings them together best. */
+/** The mean angle between limbs, after the rotation about the up axis that aligns them best. */
 function degreesOf(source, target) {
   const pairs = source.frames
     .slice(0, target.frames.length)

@@ -1,11 +1,11 @@
-// What a written file says about itself, read without any glTF library.
+// Reads the content of a written file without a glTF library.
 
 import { readFileSync } from "node:fs";
 
 const JSON_CHUNK = 0x4e4f534a;
 const BIN_CHUNK = 0x004e4942;
 const COMPONENTS = { SCALAR: 1, VEC3: 3, VEC4: 4 };
-/** Component types: how they are read, and what a normalised one is divided by. */
+/** Component types: their reader, and the divisor of normalised values. */
 const COMPONENT_TYPES = {
   5120: { array: Int8Array, most: 127 },
   5121: { array: Uint8Array, most: 255 },
@@ -41,7 +41,7 @@ export function glbOf(json, bin) {
   return Buffer.concat([header, padded, binHeader, bin]);
 }
 
-/** The numbers of an accessor, as doubles. Nothing of the file may be packed; see meshopt.js. */
+/** The numbers of an accessor, as doubles. The file must not be compressed; see meshopt.js. */
 export function numbersOf({ json, bin }, index) {
   const { type, componentType, normalized, count, bufferView, byteOffset = 0, sparse } = json.accessors[index];
   if (bufferView === undefined || sparse) throw new Error(`accessor ${index} is sparse`);
@@ -61,9 +61,9 @@ export function numbersOf({ json, bin }, index) {
 }
 
 /**
- * What a file holds: the nodes of the skeleton in their order, which of them are joints of the skin, the frames and the
- * frame time. A node that several roots hang on, or the points of a C3D file, is in the skeleton, and no joint; `between`
- * lists such nodes that stand between the skin's root and its joints, as the armature of a Blender FBX does.
+ * The content of a file: the nodes of the skeleton in order, which of them are joints of the skin, the frames and the
+ * frame time. The parent of several roots, or of the points of a C3D file, belongs to the skeleton, but is no joint.
+ * `between` lists such nodes between the skin's root and its joints, such as the armature of a Blender FBX file.
  */
 export function describe(path) {
   const json = readJson(path);

@@ -1,6 +1,6 @@
 // Matrices of 4 by 4 numbers in double precision, column by column.
 
-/** `a` after `b`. The last row of both is 0 0 0 1. */
+/** The product: `a` after `b`. The last row of both is 0 0 0 1. */
 export function multiply(a, b) {
   const product = new Array(16).fill(0);
   for (let column = 0; column < 4; column += 1) {
@@ -18,7 +18,7 @@ export function fromTranslation([x, y, z]) {
   return [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1];
 }
 
-/** A turn about an axis, 0 for x, by an angle in radians. */
+/** A rotation about an axis, 0 for x, by an angle in radians. */
 export function rotation(axis, angle) {
   const [next, last] = [(axis + 1) % 3, (axis + 2) % 3];
   const turn = fromTranslation([0, 0, 0]);
@@ -29,7 +29,7 @@ export function rotation(axis, angle) {
   return turn;
 }
 
-/** Scale, then turn, then translation. A quaternion that is not of length 1 stretches. */
+/** Scale, then rotation, then translation. A quaternion whose length is not 1 stretches. */
 export function compose([tx, ty, tz], [x, y, z, w], [sx, sy, sz]) {
   return [
     (1 - 2 * (y * y + z * z)) * sx, 2 * (x * y + w * z) * sx, 2 * (x * z - w * y) * sx, 0,

@@ -1,11 +1,11 @@
-// How far a file is from its source: every joint and End Site, in every frame of the source, in double precision. No code
-// of mocap takes part: bvh.js reads the source, playback.js the file.
+// Measures the error of a file against its source: every joint and End Site in every frame of the source, in double
+// precision. It uses no code of mocap: bvh.js reads the source, and playback.js the file.
 
 import { placesInRow, readBvh } from "./bvh.js";
 import { open } from "./playback.js";
 
 /**
- * The places that a written file is to have, frame by frame: those of the source, brought to metres and to Y up.
+ * The expected positions of a written file, frame by frame: the positions of the source in metres with Y up.
  *
  * @param {(place: number[]) => number[]} change see `stepsOf` in compare.js
  */
@@ -18,11 +18,11 @@ export function placesOfSource(path, change) {
   };
 }
 
-/** The ways in which clients read a file. The one that is farther from the source counts. */
+/** The ways in which clients read a file. The way with the larger error counts. */
 const READINGS = ["unchanged", "normalised"];
 
 /**
- * The largest distance of a joint from its place, and the root of the mean square of all, in metres.
+ * The largest distance of a joint from its expected position, and the root mean square of all distances, in metres.
  *
  * @param {string} path
  * @param {ReturnType<typeof placesOfSource>} source

@@ -1,5 +1,5 @@
-// Files whose buffer views are packed by EXT_meshopt_compression or KHR_meshopt_compression, unpacked by the decoder of
-// the npm package meshoptimizer.
+// Unpacks buffer views of EXT_meshopt_compression or KHR_meshopt_compression with the decoder of the npm package
+// meshoptimizer.
 
 import { writeFileSync } from "node:fs";
 
@@ -9,12 +9,12 @@ import { glbOf, readGlb } from "./glb.js";
 
 const EXTENSIONS = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/** What packs a buffer view or marks a buffer that is not there; undefined where nothing does. */
+/** The extension that compresses a buffer view or marks a missing buffer; undefined without such an extension. */
 function packingOf(part) {
   return EXTENSIONS.map((name) => part.extensions?.[name]).find(Boolean);
 }
 
-/** The JSON and the bytes of a .glb file with every view unpacked and the extensions gone. */
+/** The JSON and the bytes of a .glb file, with every view unpacked and the extensions removed. */
 export async function unpacked(path) {
   await MeshoptDecoder.ready;
   const { json, bin } = readGlb(path);
@@ -44,7 +44,7 @@ export async function unpacked(path) {
   return { json: plain, bin: new Uint8Array(Buffer.concat(parts)) };
 }
 
-/** Writes a file with every view of `input` unpacked: the twin that the validator can look into. */
+/** Writes a copy of `input` with every view unpacked, which the validator can read. */
 export async function writeUnpacked(input, output) {
   const { json, bin } = await unpacked(input);
   writeFileSync(output, glbOf(json, bin));

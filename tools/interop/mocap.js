@@ -1,4 +1,4 @@
-// The command-line tool, and the files it is tried on.
+// The command-line tool, and the files of the checks.
 
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync } from "node:fs";
@@ -7,10 +7,10 @@ import { fileURLToPath } from "node:url";
 
 const FIXTURES = fileURLToPath(new URL("../../fixtures/", import.meta.url));
 const MOTION_FILES = [".bvh", ".amc", ".c3d", ".fbx"];
-/** The real files that mocap must refuse, each with the code of its error. */
+/** The real files that mocap must refuse, with the codes of their errors. */
 export const REFUSED = JSON.parse(readFileSync(new URL("exceptions.json", import.meta.url))).refused;
 
-/** Runs `mocap` and returns what it prints. Throws where it fails. */
+/** Runs `mocap` and returns its output. Throws if it fails. */
 export function mocap(...args) {
   return execFileSync(process.env.MOCAP, args, {
     encoding: "utf8",
@@ -19,13 +19,13 @@ export function mocap(...args) {
   });
 }
 
-/** Writes `input` to `output`, whose extension says in which form. */
+/** Converts `input` to `output`, whose extension determines the format. */
 export function convert(input, output, ...options) {
   mocap("convert", input, output, ...options);
   return output;
 }
 
-/** The nodes of a file at a tick: name, parent's name and place in the world. */
+/** The nodes of a file at a tick: name, parent's name and world position. */
 export function pose(file, tick) {
   return JSON.parse(mocap("pose", file, "--tick", String(tick), "--world", "--json")).nodes;
 }
@@ -60,7 +60,7 @@ export function subfolder(folder, name) {
   return path;
 }
 
-/** The name of a fixture's output, unique where two formats hold the same take. */
+/** The name of a fixture's output, which is unique even if two formats hold the same take. */
 export function outputName(input, extension) {
   return basename(input).replaceAll(".", "_") + extension;
 }

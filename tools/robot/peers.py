@@ -1,9 +1,10 @@
-"""`mocap robot` beside mink with frame tasks made by hand, on Unitree's G1 and H1 and Booster's T1. A row for each motion, robot and
-program, and a table of their means.
+"""Compares `mocap robot` with mink and hand-made frame tasks on Unitree's G1 and H1 and Booster's T1. Prints a row for
+each motion, robot and program, and a table of their means.
 
     tools/robot/peers [--all] [--rows FILE.jsonl] [--alone] [MOTION...]
 
-`--alone` measures mocap without mink. Rows of mocap beyond a bound of WANTED are printed with the frame and the command."""
+`--alone` measures mocap without mink. Prints rows of mocap that exceed a bound of WANTED, with the frame and the
+command."""
 
 import argparse
 import json
@@ -22,15 +23,15 @@ from check import ROOT, SAMPLE, rotate, run, source_joints
 from judges import KEYS, T_POSES, Robot
 from measure import GOOD as CALLED_GOOD
 
-# Weights of the place and the rotation of a link, by its bone: those of GMR's first table for G1. Other weights of GMR for the other
-# robots: the rotation of H1's torso and of T1's feet.
+# Weights of the position and the rotation of a link, by its bone, from GMR's first table for G1. For the other robots,
+# GMR has different weights of the rotation of H1's torso and of T1's feet.
 PLACES, ROTATION = {"hips": 100.0, "leftFoot": 100.0, "rightFoot": 100.0}, 10.0
 ROTATIONS = {("h1", "chest"): 100.0, ("t1", "leftFoot"): 50.0, ("t1", "rightFoot"): 50.0}
-# Steps of a frame at most, the least that one must improve, and the damping, as in GMR.
+# The largest number of steps per frame, the least improvement of a step, and the damping, as in GMR.
 STEPS, ENOUGH, DAMPING = 10, 1e-3, 0.5
-# Left, up and forward of the figure to X forward, Y left, Z up.
+# From the figure's left, up and forward to X forward, Y left, Z up.
 AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-# The motions of `--all`: a file below `fixtures`, and the seconds from which to which it is used.
+# The motions of `--all`: a file below `fixtures`, and the used part in seconds.
 ALL = [
     ("real/cmu_12_01_walk.bvh", "0..3"), ("real/motionbuilder_vicon_walk.bvh", "0..3"), ("real/motionbuilder_vicon_walk.bvh", "5..8"),
     ("real/nan_tokens.bvh", "0..3"), ("real/makehuman_zombie_walk.bvh", None), ("real/additive_root_walk.bvh", None), ("real/run.fbx", None),
@@ -43,9 +44,9 @@ ALL = [
     ("skeletons/accad_run_turn.bvh", None), ("skeletons/bvhtoolbox_walk01.bvh", None), ("skeletons/snu_character1_boxes.bvh", "0..3"),
     ("skeletons/vicon_sword_attack.bvh", "0..3"), ("skeletons/rosemotion_robin.bvh", "0..3"),
 ]  # fmt: skip
-# What a motion keeps to: fractions of swing frames and of frames, numbers, and metres a second more than in the source.
+# The bounds of a motion: fractions of swing frames and of frames, counts, and metres a second more than in the source.
 WANTED = {"scrapes": 0.03, "deep": 0.01, "beyond": 0, "jumps": 0, "more_slide": 0.005}
-# What a motion that is called good keeps to, with degrees of the limbs.
+# The bounds of a motion with the verdict good, with degrees of the limbs.
 GOOD = WANTED | {"collide": CALLED_GOOD["collide"], "limbs": CALLED_GOOD["degrees"]}
 # A column: its heading, its value in a row, and its digits.
 COLUMNS = [
@@ -54,7 +55,7 @@ COLUMNS = [
     ("jumps, %", "jumps", 100, 2), ("self-collision, %", "collide", 100, 1), ("help: force, weights", "force", 1, 3),
     ("help: moment, weight m", "moment", 1, 3), ("poses a second", "speed", 1, 0),
 ]  # fmt: skip
-# Of a column the table has the mean of the motions, or else their largest, or their sum.
+# For each column, the table has the mean, the maximum or the sum over the motions.
 LARGEST, SUMS = {"deepest"}, {"beyond"}
 
 
@@ -66,7 +67,7 @@ def product(a, b):
 
 
 def bones_of(mocap, motion, folder):
-    """Places and rotations of the bones in metres, +Z up, with every rotation the identity in the T-pose."""
+    """Positions and rotations of the bones in metres with +Z up. In the T-pose, every rotation is the identity."""
     for arguments in [
         ("convert", motion, folder / "bones.vrma", "--drop-first-frame", "auto"),
         ("fk", folder / "bones.vrma", "--rot-space", "world", "-o", folder / "bones.npz"),
@@ -111,7 +112,7 @@ def follow(robot, bones, fps):
     upper, lower, foot = (bones[f"left{bone}"][0] for bone in ["UpperLeg", "LowerLeg", "Foot"])
     human_leg = np.mean(np.linalg.norm(upper - lower, axis=1) + np.linalg.norm(lower - foot, axis=1))
     scale = leg / human_leg
-    # Raises the person until the lowest ankle has the height at which the robot stands on its soles.
+    # Raises the person until the lowest ankle is as high as the robot's ankle when it stands on its soles.
     lowest = min(bones[f"{side}Foot"][0][:, 2].min() for side in ["left", "right"])
     raised = np.array([0.0, 0.0, ankle_height - scale * lowest])
     places = {bone: scale * place + raised for bone, (place, _) in bones.items()}
@@ -145,7 +146,8 @@ def follow(robot, bones, fps):
 
 
 def pieces(mocap, motions, folder):
-    """The files to retarget, with their names and what names them to `mocap robot`. Parts of files are written as BVH."""
+    """The files to retarget, with their names and their arguments for `mocap robot`. Parts of files are written as
+    BVH."""
     for number, (path, trim) in enumerate(motions):
         if trim is None:
             yield path, path.stem, [path]
@@ -157,7 +159,7 @@ def pieces(mocap, motions, folder):
 
 
 def rows_of(robot, mocap, motion, name, words, alone, folder):
-    """A row for each program: what a motion on the robot is judged by."""
+    """A row for each program, with the measures of a motion on the robot."""
     done, seconds = run(mocap, "robot", motion, "--robot", robot.urdf, "-o", folder / "a.npz", "--json")
     if done.returncode:
         print(f"{robot.key} {name}: {done.stderr.strip()[:200]}", file=sys.stderr)
@@ -171,7 +173,7 @@ def rows_of(robot, mocap, motion, name, words, alone, folder):
     source = source_joints(mocap, motion, folder)
     made = [("mocap", qpos, seconds)]
     if not alone:
-        # mocap drops a rest pose before the motion. The same frame of mink is dropped.
+        # mocap omits a rest pose before the motion, so mink's motion omits the same frame.
         theirs, their_seconds = follow(robot, bones_of(mocap, motion, folder), fps)
         made.append(("mink", theirs[len(theirs) - len(qpos) :], their_seconds))
     for program, qpos, seconds in made:
@@ -190,7 +192,7 @@ def number(value, factor, digits):
 
 
 def table(rows, programs):
-    """A row for each robot and program: what its motions have on average, at most or in total."""
+    """A row for each robot and program: the mean, maximum or sum over its motions."""
     print("| robot | |", " | ".join(heading for heading, *_ in COLUMNS), "|")
     print("|---" * (len(COLUMNS) + 2) + "|")
     for key in dict.fromkeys(row["robot"] for row in rows):
@@ -205,7 +207,7 @@ def table(rows, programs):
 
 
 def violations(rows):
-    """Prints the rows of mocap beyond a bound, and how many of them are called good."""
+    """Prints the rows of mocap beyond a bound, and the number of them with the verdict good."""
     ours = [row for row in rows if row["program"] == "mocap"]
     beyond = lambda row, bounds: {name: row[name] for name, bound in bounds.items() if (row[name] or 0) > bound}
     for row in ours:

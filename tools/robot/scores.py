@@ -1,6 +1,6 @@
-"""The scores of `mocap score`, restated in NumPy from the URDF and the arrays: a walk of the G1 against a motion of it that
-sways and sinks. Prints each score beside its restatement; exit code 1 where they differ by more than 1e-6, a jerk by as
-large a part of it."""
+"""Computes the scores of `mocap score` in NumPy from the URDF and the arrays, for a walk of the G1 and a copy that
+sways and sinks. Prints both values of each score. The exit code is 1 if they differ by more than 1e-6, or for a jerk by
+this fraction of it."""
 
 import json
 import os
@@ -37,7 +37,7 @@ def vector(element, name, default):
 
 
 def joints():
-    """The joints of the file, parents first, as they stand there."""
+    """The joints of the file, in its order, parents first."""
     for joint in xml.parse(ROBOT).getroot().findall("joint"):
         origin, limit = joint.find("origin"), joint.find("limit")
         roll, pitch, yaw = vector(origin, "rpy", "0 0 0")
@@ -53,7 +53,7 @@ def joints():
 
 
 def places(motion, frame, tree):
-    """Where the base and every link with a joint are."""
+    """The positions of the base and of every link with a joint."""
     x, y, z, w = motion["root_rot"][frame]
     angle = 2 * np.arctan2(np.linalg.norm([x, y, z]), w)
     root = about(np.array([x, y, z]), angle) if angle else np.eye(3)

@@ -1,6 +1,6 @@
-"""Plays a motion on a robot in MuJoCo, by proportional and derivative control of its joints with the efforts that the
-robot's URDF allows, and reports how long it stands and how far it is off until then. Nothing holds the base and nothing
-balances, so that most motions fall: it compares motions, it does not judge one.
+"""Plays a motion on a robot in MuJoCo. Proportional-derivative control moves the joints within the effort limits of the
+URDF. Reports how long the robot stands, and its error until then. Nothing holds or balances the base, so most motions
+fall: the result compares motions, but does not judge a single motion.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/track.py MOTION... [--robot g1|h1] [-- OPTION...]
 
@@ -18,14 +18,16 @@ import numpy as np
 
 from check import ROBOTS, ROOT, soles
 
-# Of a simulation step, in seconds; torques by error: the whole effort at a third of a radian; damping against that.
+# The simulation step in seconds; the gain, with the full effort at a third of a radian; and the damping relative to the
+# gain.
 STEP, STIFFNESS, DAMPING = 0.002, 3.0, 0.03
 # The radius of the corner of a sole, in metres.
 CORNER = 0.005
-# Servos of `helped`: the whole effort at a tenth of a radian. The spring at the base: its angular frequency in 1/s, at which the
-# weight moves the base by 2.5 cm, and the radius of gyration of a humanoid in metres.
+# The servos of `helped` give the full effort at a tenth of a radian. For the spring at the base: the angular frequency
+# in 1/s at which the weight moves the base by 2.5 cm, and the radius of gyration of a humanoid in metres.
 HELPED_STIFFNESS, SPRING, GYRATION = 10.0, 20.0, 0.3
-# It has fallen where the base is lower than this part of where it should be, or this far from its direction, in radians.
+# The robot has fallen if its base is lower than this fraction of the wanted height, or is tilted by more than this
+# angle in radians.
 LOWEST, FARTHEST = 0.6, 1.0
 
 
@@ -35,8 +37,8 @@ def efforts(urdf):
 
 
 def world(urdf, mjcf):
-    """The robot on a floor, with a servo for each joint, whose force is at most its effort. The feet touch the floor with the soles of the
-    URDF; the shapes of the model here are meshes, which are left out."""
+    """The robot on a floor, with a servo for each joint, whose force is at most its effort. The feet touch the floor
+    with the soles of the URDF; the shapes of this model are meshes, which are omitted."""
     return with_servos(mujoco.MjSpec.from_file(str(mjcf)), efforts(urdf), soles(urdf))
 
 
@@ -72,7 +74,7 @@ def helped(model, names, qpos, fps):
     weight = mass * np.linalg.norm(model.opt.gravity)
     stiffness = mass * SPRING**2 * np.repeat([1.0, GYRATION**2], 3)
     damping = 2 * stiffness / SPRING
-    # MuJoCo integrates the damping implicitly: the base alone is too light for it.
+    # MuJoCo integrates the damping implicitly, because the base alone is too light for explicit damping.
     model.dof_damping[:6] = damping
     data = mujoco.MjData(model)
     data.qpos[:7], data.qpos[model.jnt_qposadr[joints]] = qpos[0, :7], qpos[0, 7:]
@@ -95,7 +97,7 @@ def helped(model, names, qpos, fps):
         turned = np.zeros(3)
         mujoco.mju_subQuat(turned, wanted, data.qpos[3:7])
         away = now[:3] + (at - frame) / fps * velocity[:3] - data.qpos[:3]
-        # A free joint turns in the frame of its body.
+        # The angular velocity of a free joint is in the frame of its body.
         data.qfrc_applied[:6] = stiffness * np.concatenate([away, turned]) + damping * velocity
         spring = data.qfrc_applied[:6] - damping * data.qvel[:6]
         mujoco.mj_step(model, data)
@@ -107,7 +109,8 @@ def helped(model, names, qpos, fps):
 
 
 def track(model, names, qpos, fps):
-    """Seconds until it falls, whether it did, and the mean error of joints (degrees) and of the base (metres) until then."""
+    """The seconds until the robot falls, whether it fell, and the mean error of joints (degrees) and of the base
+    (metres) until then."""
     data = mujoco.MjData(model)
     joints = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, str(name)) for name in names]
     servos = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, str(name)) for name in names]

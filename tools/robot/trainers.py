@@ -1,9 +1,9 @@
-"""Reads what `mocap robot --to` writes for training code as their documentation says, and compares it with MuJoCo's
+"""Reads the files of `mocap robot --to` by the documentation of each training code, and compares them with MuJoCo's
 kinematics of the same motion: keys, shapes, types, orders of rotations, bodies and joints, rates, velocities.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/trainers.py
 
-The documentation of each format is named in docs/robots-files.md. Exit code 1 where one is not kept."""
+docs/robots-files.md names the documentation of each format. The exit code is 1 if a file violates it."""
 
 import collections
 import json
@@ -21,7 +21,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 MOTION = pathlib.Path(os.environ.get("MOCAP_MOTION", ROOT / "fixtures/real/cmu_short.bvh"))
 ROBOTS = {"g1": ("g1_29dof_rev_1_0.urdf", "g1_29dof_rev_1_0_nomesh.xml"), "h1": ("h1.urdf", "h1_nomesh.xml")}
-# float32 of metres, and of metres a second by differences.
+# The limits for float32 metres, and for metres a second from differences.
 NEAR, NEAR_SPEED = 2e-5, 5e-3
 
 
@@ -40,7 +40,8 @@ def written(urdf, to, folder, *more):
 
 
 def vector_poses(model, place, vectors):
-    """Where the bodies are, as the motion libraries of ASAP and PBHC pose them: by a rotation vector for each body."""
+    """The positions of bodies, posed as in the motion libraries of ASAP and PBHC: with a rotation vector for each
+    body."""
 
     def matrix(quat):
         found = np.empty(9)
@@ -75,7 +76,7 @@ class Model:
         children = collections.defaultdict(list)
         for body in range(1, self.model.nbody):
             children[parents[body]].append(body)
-        # Breadth-first, as PhysX numbers the links of an articulation.
+        # Breadth-first, the order in which PhysX numbers the links of an articulation.
         queue, self.breadth = collections.deque(children[0]), []
         while queue:
             body = queue.popleft()
@@ -204,7 +205,7 @@ def trained(made, to, model, qpos, fps, holds):
     holds(f"{to} rotations", same_rotation(made["body_quat_w"], rotations))
     differences = (positions[2:] - positions[:-2]) * fps / 2
     holds(f"{to} velocities", np.abs(made["body_lin_vel_w"][1:-1] - differences).max() < NEAR_SPEED)
-    # Against the velocity in the middle of the two frames: as far apart as the motion is curved.
+    # Compares with the velocity in the middle of the two frames; the difference depends on the curvature of the motion.
     off = lambda values, expected: np.abs(values[1:-1] - expected).mean() / np.abs(expected).mean()
     holds(f"{to} velocities in the world", off(made["body_lin_vel_w"], linear) < 0.05)
     holds(f"{to} angular velocities", off(made["body_ang_vel_w"], angular) < 0.05)

@@ -1,4 +1,4 @@
-// Reads and writes BVH, and poses its joints. No code of mocap takes part.
+// Reads and writes BVH, and poses its joints, without code of mocap.
 
 import { readFileSync } from "node:fs";
 
@@ -12,7 +12,7 @@ const AXES = { X: [1, 0, 0], Y: [0, 1, 0], Z: [0, 0, 1] };
  * @typedef {{ joints: Joint[], seconds: number, poses: Pose[], text?: { head: string, rows: string[] } }} Motion
  */
 
-/** @returns {Motion} with `isAdded`, the positions of the root are added to its OFFSET */
+/** @returns {Motion} With `isAdded`, the root's positions are added to its OFFSET. */
 export function readBvh(path, isAdded = false) {
   const [hierarchy, motion] = readFileSync(path, "latin1").split(/^\s*MOTION\s*$/im);
   const joints = hierarchyOf(hierarchy.split(/\s+/).filter(Boolean));
@@ -23,14 +23,14 @@ export function readBvh(path, isAdded = false) {
   let last;
   const poses = rows.map((row) => {
     const values = row.split(/[\s,]+/).map(Number);
-    // A value that is no number keeps that of the frame before.
+    // A value that is no number becomes the value of the last frame.
     last = values.map((value, column) => (Number.isFinite(value) ? value : (last?.[column] ?? 0)));
     return poseOf(joints, last, isAdded);
   });
   return { joints, seconds, poses, text: { head: `${hierarchy}MOTION\n`, rows } };
 }
 
-/** Writes rows `from` to `to` of a file as they stand. */
+/** Writes rows `from` to `to` of a file without changes. */
 export function cutOf({ text, seconds }, from, to) {
   const rows = text.rows.slice(from, to);
   return `${text.head}Frames: ${rows.length}\nFrame Time: ${seconds}\n${rows.join("\n")}\n`;
@@ -64,7 +64,7 @@ function hierarchyOf(words) {
   return joints;
 }
 
-/** The joints in the world: position channels stand in place of the OFFSET, rotations turn in the order of the file. */
+/** The joints in the world: position channels replace the OFFSET, and rotations apply in the order of the file. */
 function poseOf(joints, row, isAdded) {
   const pose = { places: [], rotations: [] };
   let column = 0;
@@ -104,7 +104,7 @@ export function restOf({ joints }) {
 
 /**
  * The text of a BVH file with these poses. `offset` of each joint is in the axes of its parent; joints of `moving`, by
- * index, have position channels too, as the root has.
+ * index, have position channels too, like the root.
  */
 export function writeBvh(joints, seconds, poses, moving = new Set()) {
   const children = joints.map((_, index) => joints.flatMap(({ parent }, child) => (parent === index ? [child] : [])));

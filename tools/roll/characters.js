@@ -1,4 +1,5 @@
-// Writes a character as another program would: other names, joint frames, armatures and rest poses. Its body stays the same.
+// Writes a character in the style of another program: with other names, joint frames, armatures and rest poses, but the
+// same body.
 
 import { readFileSync } from "node:fs";
 
@@ -9,10 +10,10 @@ import { NAMES, named } from "./variants.js";
 
 const pick = (next, list) => list[Math.floor(next() * list.length)];
 
-/** `parent` of nodes that hang on none is -1. */
+/** `parent` is -1 for nodes without a parent. */
 const kidsOf = (parents, index) => parents.flatMap((parent, child) => (parent === index ? [child] : []));
 
-/** The arms lowered by an angle, in radians: what hangs on an upper arm is turned about its joint. */
+/** Lowers the arms by an angle in radians: all nodes below an upper arm turn about its joint. */
 function lowered({ places, rotations }, parents, bones, facing, radians) {
   const moved = { places: [...places], rotations: [...rotations] };
   for (const [side, sign] of [["left", -1], ["right", 1]]) {
@@ -29,7 +30,7 @@ function lowered({ places, rotations }, parents, bones, facing, radians) {
   return moved;
 }
 
-/** Frames of joints: their own axes in the bone, from the new ones to the old. */
+/** Frames of joints: their axes in the bone, as rotations from the new axes to the old. */
 function framesOf(kind, { places, rotations }, parents, bones, next) {
   const right = new Set(Object.entries(bones).filter(([bone]) => bone.startsWith("right")).map(([, joint]) => joint));
   return parents.map((_, node) => {
@@ -46,8 +47,8 @@ function framesOf(kind, { places, rotations }, parents, bones, next) {
 }
 
 /**
- * A character by a seed: `{ text, how, scene, rest, bones, facing }`. `rest` is what its joints are in the upright pose that it was
- * made from, whatever its armature does.
+ * A character by a seed: `{ text, how, scene, rest, bones, facing }`. `rest` has the joints of the original upright
+ * pose, independent of the armature.
  */
 export function characterVariant(character, seed) {
   const next = random(seed);
@@ -74,7 +75,7 @@ export function characterVariant(character, seed) {
   how.push(`heading ${180 * heading}`, `tilt ${tilt} about ${about}`, `armature ${size}`);
   const isArmature = (index) => parents[index] < 0;
   const root = json.nodes.length;
-  // Nodes in the world of the upright figure, each below its parent; sizes stand in the armature alone.
+  // Nodes in the world of the upright figure, each below its parent. Only the armature has a scale.
   const nodes = json.nodes.map(({ children }, index) => {
     const above = parents[index] < 0 ? { place: [0, 0, 0], rotation: identity } : { place: rest.places[parents[index]], rotation: rest.rotations[parents[index]] };
     const node = {

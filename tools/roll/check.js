@@ -1,4 +1,4 @@
-// Runs `mocap retarget` and judges what comes of it. See README.md.
+// Runs `mocap retarget` and judges its output. See README.md.
 
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -18,13 +18,16 @@ import { variant } from "./variants.js";
 const TOP = fileURLToPath(new URL("../../", import.meta.url));
 const MOCAP = process.env.MOCAP ?? join(TOP, "target/debug/mocap");
 const CHARACTERS = ["human_default", "human_cmu", "human_vrm1", "human_game_engine"];
-/** Frames of a motion that are looked at. */
+/** The number of compared frames of a motion. */
 const FRAMES = 150;
-/** Roll or trunk farther off than this, in degrees, with another verdict than poor: silently wrong. */
+/**
+ * If roll or trunk have a larger error than this, in degrees, and the verdict is not poor, the output is silently
+ * wrong.
+ */
 const SILENT = 30;
-/** The largest mean difference in a law, in degrees. */
+/** The largest mean difference in degrees that a law allows. */
 const LAW = 2;
-/** Of a run that breaks a law, so many bones are named, the worst first. */
+/** The number of named bones of a run that breaks a law, the worst first. */
 const WORST = 6;
 /** The largest difference from known rotations: SOMA bends its knees by 5 degrees in the T-pose, a character does not. */
 const TRUTH = 6;
@@ -53,7 +56,7 @@ const sources = Object.entries(files)
   .filter(([path, { humanoid, map }]) => humanoid && map && path.endsWith(".bvh") && (!only || path.includes(only)))
   .map(([path, truth]) => ({ name: basename(path, ".bvh"), path: join(TOP, "fixtures", path), truth }));
 
-/** The motion of a file as this judge reads it. */
+/** The motion of a file, read by this judge. */
 function read({ path, truth }) {
   const motion = readBvh(path, truth.root_offset?.startsWith("add"));
   const stands = /^[TAI]-pose/.test(truth.rest_pose) && truth.facing_rest;
@@ -63,8 +66,8 @@ function read({ path, truth }) {
 }
 
 /**
- * Retargets a file of `count` frames: the verdict, the poses of the character at rows of the file, and the first row that has
- * one. A rest pose as the first frame is no motion, and mocap leaves it out.
+ * Retargets a file of `count` frames: the verdict, the poses of the character at rows of the file, and the first row
+ * that has one. A rest pose in the first frame is no motion, and mocap omits it.
  */
 function retarget(path, character, count, seconds, feet = "lock") {
   const out = join(folder, "out.gltf");
@@ -83,7 +86,7 @@ function rowsOf({ poses }) {
   return poses.map((_, row) => row).filter((row) => row % step === 0);
 }
 
-/** One run: a motion, in a file of any form, onto a character. */
+/** One run: retargets a motion, in a file of any form, to a character. */
 function judge(motion, path, character) {
   const { refused, verdict, first, poseOf } = retarget(path, character, motion.poses.length, motion.seconds);
   if (refused) return { refused };
@@ -105,7 +108,7 @@ function line(name, found) {
 
 const totals = [];
 
-/** Judges runs of a part, prints those that are not right, and counts them. */
+/** Judges the runs of a part, and prints and counts the wrong runs. */
 function part(name, runs) {
   if (!isChosen(name)) return;
   console.log(`\n${name.padEnd(58)} direct.  roll  trunk   head   palm   feet  verdict`);
@@ -126,12 +129,12 @@ function part(name, runs) {
   totals.push(counts);
 }
 
-/** Whether a report says that a bone is turned by guess: of the trunk it names the hips. */
+/** Whether a report marks the rotation of a bone as guessed; for the trunk, the report names the hips. */
 function isGuessed(bone, guessed) {
   return guessed.has(/spine|chest/i.test(bone) ? "hips" : bone);
 }
 
-/** Judges whether other files of a motion come to the same motion of a character. */
+/** Judges whether other files of a motion give the same motion of a character. */
 function law(name, runs) {
   if (!isChosen(name)) return;
   console.log(`\n${name}: bones with a mean difference above ${LAW} degrees`);
@@ -180,7 +183,7 @@ part("whole", function* () {
   }
 });
 
-/** Three parts of a motion: the first tenth or 20 frames, what is around the middle, and the end. */
+/** Three parts of a motion: the first tenth or 20 frames, a part around the middle, and the end. */
 function* cuts() {
   for (const { source, motion } of moving()) {
     const count = motion.poses.length;
@@ -206,7 +209,7 @@ law("forms", function* () {
     for (const form of FORMS) {
       const path = join(folder, `${source.name}.${form}`);
       const done = spawnSync(MOCAP, ["convert", source.path, path, "--force"], { encoding: "utf8" });
-      // A body without a bone that VRM requires cannot be a VRM animation. What else is refused, is refused by the law.
+      // A body without a required bone of VRM cannot be a VRM animation. Any other refusal breaks the law.
       if (done.status !== 0 && form === "vrma" && /humanoid/.test(done.stderr)) continue;
       yield { label: `${source.name}.${form}`, whole: { ...motion, path: source.path }, motion, path, first: 0 };
     }
@@ -215,7 +218,7 @@ law("forms", function* () {
 
 function* rewritten(text, name) {
   for (const { source, motion } of moving()) {
-    // What the rest pose said of the source, no file says now.
+    // No file has the information of the source's rest pose any more.
     const seen = { ...motion, rest: undefined };
     yield { label: `${source.name} ${name}`, whole: { ...motion, path: source.path }, motion: seen, path: written(`${source.name}.bvh`, text(motion, 7)), first: 0 };
   }
@@ -231,8 +234,8 @@ for (const [name, text] of [["along-x", alongX], ["random-frames", turnedAtRando
 }
 
 /**
- * A file whose rest pose says nothing, and another: what is asked of both is the same, which of a rest pose that stands and the
- * hinges of its motion it is not. Knees and elbows must bend.
+ * Compares two files without information in their rest poses. Both must give the same result. This does not hold for a
+ * standing rest pose and the hinges of its motion. Knees and elbows must bend.
  */
 law("seeds-law", function* () {
   for (const { source, motion } of moving()) {
@@ -242,7 +245,7 @@ law("seeds-law", function* () {
   }
 });
 
-/** Along +X, and without any frame in which the arms are raised. */
+/** Bones along +X, and no frame in which the arms are raised. */
 part("without-t-pose", function* () {
   for (const { source, motion } of moving()) {
     if (motion.bones.leftUpperArm === undefined) continue;
@@ -254,7 +257,7 @@ part("without-t-pose", function* () {
   }
 });
 
-/** Each motion as other programs would write it: other names, frames, axes, size, proportions and parts. */
+/** Each motion in the style of other programs: other names, frames, axes, size, proportions and parts. */
 function* varied(frames) {
   for (const { source, motion } of moving()) {
     for (let number = 0; number < variants; number += 1) {
@@ -267,10 +270,10 @@ function* varied(frames) {
 }
 part("variants", () => varied());
 
-/** Those whose rest pose is a moment of the motion, as of skeletons that were bound in the middle of one. */
+/** Files whose rest pose is a moment of the motion, as if the skeleton was bound in the middle of a motion. */
 part("moments", () => varied("of a moment"));
 
-/** Characters as other programs would write them, each with every motion in turn. */
+/** Characters in the style of other programs, each with every motion in turn. */
 part("characters", function* () {
   const motions = [...moving()].filter(({ motion }) => motion.poses.length > 1);
   for (let number = 0; number < 28 * variants; number += 1) {
@@ -282,7 +285,7 @@ part("characters", function* () {
   }
 });
 
-/** The half turn about its arm of a hand of the chosen character that rests with its palm up, which no T-pose has. */
+/** The hand of one character has its palm up at rest, half a turn about the arm from any T-pose. */
 function palmDown(bone) {
   const [, side] = bone.match(/^(left|right)Hand$/) ?? [];
   if (!side) return [0, 0, 0, 1];
@@ -305,7 +308,7 @@ function truth() {
     }
     const moved = rows.map(poseOf);
     const errors = Object.entries(bones).map(([bone, joint]) => {
-      // Of several joints that share the twist of a thigh or an upper arm, the last has all of it.
+      // If several joints share the twist of a thigh or an upper arm, the last joint has the whole twist.
       const last = /Upper/.test(bone) ? chosen.parents[chosen.bones[bone.replace("Upper", "Lower")]] : chosen.bones[bone];
       const rest = inverse(multiply(palmDown(bone), chosen.rest.rotations[last]));
       const angles = rows.map((row, frame) => between(poses[row].rotations[joint], multiply(moved[frame].rotations[last], rest)));

@@ -1,4 +1,4 @@
-// Reads the nodes and the motion of a .gltf or .glb file, and poses them. No code of mocap takes part.
+// Reads the nodes and the motion of a .gltf or .glb file, and poses them, without code of mocap.
 
 import { readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -14,7 +14,7 @@ const TYPES = {
   5126: ["getFloat32", 4, 1],
 };
 
-/** @returns {{ nodes, parents: number[], names: string[], tracks }} `tracks` are those of the last animation */
+/** @returns {{ nodes, parents: number[], names: string[], tracks }} `tracks` belong to the last animation */
 export function readGltf(path) {
   const bytes = readFileSync(path);
   let [json, bin] = [undefined, undefined];
@@ -58,8 +58,8 @@ export function readGltf(path) {
 }
 
 /**
- * The nodes in the world at a time in seconds; without a time, at rest. `wanted` are the nodes that are looked at: all of
- * them, unless they are named. @returns {import("./bvh.js").Pose}
+ * The nodes in the world at a time in seconds; without a time, at rest. `wanted` are the returned nodes; the default is
+ * all nodes. @returns {import("./bvh.js").Pose}
  */
 export function poseAt({ nodes, parents, tracks }, time, wanted = nodes.map((_, index) => index)) {
   const local = nodes.map(restOfNode);
@@ -75,7 +75,7 @@ export function poseAt({ nodes, parents, tracks }, time, wanted = nodes.map((_, 
       return {
         place: add(above.place, rotate(above.rotation, translation.map((value, axis) => value * above.scale[axis]))),
         rotation: multiply(above.rotation, rotation),
-        // Scales that differ by axis stand above no skeleton here.
+        // In these files, no skeleton is below a scale that differs by axis.
         scale: scale.map((value, axis) => value * above.scale[axis]),
       };
     })();
@@ -94,7 +94,7 @@ function restOfNode({ translation = [0, 0, 0], rotation = identity, scale = [1, 
 }
 
 function valueAt({ times, values, path, isStep }, time) {
-  // The first key after the time, by halving.
+  // Finds the first key after the time by binary search.
   let [first, next] = [0, times.length];
   while (first < next) {
     const half = (first + next) >> 1;

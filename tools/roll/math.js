@@ -65,7 +65,7 @@ export function fromColumns(x, y, z) {
   return unit([(z[0] + x[2]) / s, (z[1] + y[2]) / s, s / 4, (x[1] - y[0]) / s]);
 }
 
-/** Angles in degrees about Z, then Y, then X of the turned axes: what `CHANNELS 3 Zrotation Yrotation Xrotation` takes. */
+/** Angles in degrees about Z, then Y, then X of the rotated axes, for `CHANNELS 3 Zrotation Yrotation Xrotation`. */
 export function eulerZyx(q) {
   const [x, y, z] = [rotate(q, [1, 0, 0]), rotate(q, [0, 1, 0]), rotate(q, [0, 0, 1])];
   const pitch = Math.asin(Math.max(-1, Math.min(1, -x[2])));
@@ -73,7 +73,7 @@ export function eulerZyx(q) {
   return [degrees(Math.atan2(x[1], x[0])), degrees(pitch), degrees(Math.atan2(y[2], z[2]))];
 }
 
-/** Numbers between 0 and 1 that are the same in every run (mulberry32). */
+/** Random numbers between 0 and 1, the same in every run (mulberry32). */
 export function random(seed) {
   let state = seed >>> 0;
   return () => {
@@ -84,7 +84,7 @@ export function random(seed) {
   };
 }
 
-/** A rotation that is as probable as every other (K. Shoemake, "Uniform random rotations", Graphics Gems III, 1992). */
+/** A uniformly distributed random rotation (K. Shoemake, "Uniform random rotations", Graphics Gems III, 1992). */
 export function randomRotation(next) {
   const [a, b, c] = [next(), 2 * Math.PI * next(), 2 * Math.PI * next()];
   return [Math.sqrt(1 - a) * Math.sin(b), Math.sqrt(1 - a) * Math.cos(b), Math.sqrt(a) * Math.sin(c), Math.sqrt(a) * Math.cos(c)];

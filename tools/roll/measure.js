@@ -1,19 +1,22 @@
-// Compares a motion with what became of it on a character: where limbs point, how they are rolled about themselves, trunk,
-// pelvis, shoulders, head and palms. The bones of both are those of hand-made maps.
+// Compares a motion with its retargeted copy on a character: the directions and the roll of limbs, trunk, pelvis,
+// shoulders, head and palms. Hand-made maps define the bones of both.
 //
-// An elbow and a knee are hinges: the axis about which they bend is at right angles to both bones. In the source it is
-// seen in the positions of shoulder, elbow and wrist, in every frame in which the limb is bent. On the character it is
-// known from its rest pose, which stands and looks forward: there a shin would go back, and a forearm forward. From there
-// the joints of the character carry it. Where both are the same, the skin bends where the limb bends. A source whose rest
-// pose stands says by it how its bones are rolled, and its joints carry the axis likewise.
+// An elbow and a knee are hinges: their axis is perpendicular to both bones. In the source, the positions of shoulder,
+// elbow and wrist give the axis in every frame in which the limb is bent. On the character, the rest pose gives the
+// axis, because it stands and faces forward: a shin bends back, and a forearm forward. The joints of the character then
+// carry the axis. If both axes are equal, the skin bends where the limb bends. If the source has a standing rest pose,
+// this pose defines the roll of its bones, and its joints carry the axis in the same way.
 
 import { aboutAxis, across, add, angle, angleAbout, cross, degrees, dot, inverse, length, multiply, normalize, rotate, scale, sub } from "./math.js";
 
 /** The smallest bend of a hinge that shows its axis, in degrees. */
 const BENT = 20;
-/** The fewest frames that do. */
+/** The least number of frames with such a bend. */
 const FEWEST = 5;
-/** A forearm is rolled with its elbow where the elbow's axis is as constant in it as this, in degrees. */
+/**
+ * A forearm rolls with its elbow if the direction of the elbow's axis in the forearm varies by at most this, in
+ * degrees.
+ */
 const CONSTANT = 10;
 
 const SIDES = ["left", "right"];
@@ -27,7 +30,10 @@ export const LIMBS = SIDES.flatMap((side) => [
   { bone: `${side}LowerLeg`, start: `${side}UpperLeg`, middle: `${side}LowerLeg`, end: `${side}Foot`, bends: -1, isUpper: false },
 ]);
 
-/** The joints of the bones of a hand-made map, by index; exchanged where the names of a figure have its sides exchanged. */
+/**
+ * The joints of the bones of a hand-made map, by index. If the names of a figure exchange left and right, so do its
+ * joints here.
+ */
 export function bonesOf({ map, sides }, names) {
   const isExchanged = sides?.names === "opposite";
   const other = (bone) => bone.replace(/^(left|right)/, (side) => (side === "left" ? "right" : "left"));
@@ -71,7 +77,7 @@ function linesOf(places, bones) {
   ].filter(([, line]) => line !== undefined && length(line) > 1e-9));
 }
 
-/** The turn about +Y that brings the lines of one motion nearest to those of another. */
+/** The rotation about +Y that aligns the lines of one motion best with the lines of another. */
 function headingBetween(from, to) {
   let [sine, cosine] = [0, 0];
   from.forEach((lines, frame) => {
@@ -84,7 +90,7 @@ function headingBetween(from, to) {
   return aboutAxis(UP, Math.atan2(sine, cosine));
 }
 
-/** The mean of weighted angles in degrees, and their mean deviation from it. */
+/** The mean of weighted angles in degrees, and the mean deviation from it. */
 function meanOf(samples) {
   const sum = (of) => samples.reduce((total, [value, weight]) => total + weight * of((value * Math.PI) / 180), 0);
   const mean = degrees(Math.atan2(sum(Math.sin), sum(Math.cos)));
@@ -157,7 +163,7 @@ function rollOf({ bone, start, middle: hinge, end, bends, isUpper }, source, tar
   const at = ({ places }, bones, name) => places[bones[name]];
   const way = (pose, bones) => (isUpper ? sub(at(pose, bones, hinge), at(pose, bones, start)) : sub(at(pose, bones, end), at(pose, bones, hinge)));
   const ofRest = ({ rest, bones }, facing) => normalize(cross(way(rest, bones), scale(facing, bends)));
-  // Of several joints along an upper bone, which share its twist, the skin at the hinge follows the last.
+  // If several joints along an upper bone share its twist, the skin at the hinge follows the last joint.
   const jointOf = ({ bones, parents }) => (isUpper ? parents[bones[hinge]] : bones[bone]);
   const carried = (body, axis, pose) => rotate(multiply(pose.rotations[jointOf(body)], inverse(body.rest.rotations[jointOf(body)])), axis);
   const axisAtRest = ofRest(target, AXES[target.facing] ?? target.facing);
@@ -193,7 +199,7 @@ function spreadOf(samples) {
   return samples.reduce((total, [axis, weight]) => total + weight * angle(axis, mean), 0) / weights;
 }
 
-/** The mean angle between the palms of both, by the line of the knuckles; undefined without fingers. */
+/** The mean angle between the palms of both motions, by the line of the knuckles; undefined without fingers. */
 function palmOf(side, source, target) {
   const names = ["Hand", "IndexProximal", "LittleProximal"].map((name) => side + name);
   if ([source, target].some(({ bones }) => names.some((name) => bones[name] === undefined))) return undefined;
@@ -205,7 +211,9 @@ function palmOf(side, source, target) {
   return angles.reduce((sum, value) => sum + value, 0) / angles.length;
 }
 
-/** The angle between the mean directions of the face and the chest of the target: nobody looks aside all the time. */
+/**
+ * The angle between the mean directions of the face and the chest of the target: no person looks aside all the time.
+ */
 function headOf({ poses, bones, rest, facing }) {
   if (bones.head === undefined || bones.leftUpperArm === undefined) return undefined;
   let sum = [0, 0, 0];

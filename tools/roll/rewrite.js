@@ -1,16 +1,16 @@
-// Writes the same motion with other joint frames: every joint is where it was in every frame of the world, and how its own
-// axes lie in the bone is another.
+// Writes a motion with other joint frames: every joint keeps its world position in every frame, but its axes have
+// another orientation in the bone.
 
 import { writeBvh } from "./bvh.js";
 import { aboutAxis, across, cross, dot, fromColumns, identity, inverse, length, multiply, normalize, random, randomRotation, rotate } from "./math.js";
 
-/** Each joint's own frame, turned at random. */
+/** Joint frames with random rotations. */
 export function turnedAtRandom(motion, seed) {
   const next = random(seed);
   return withFrames(motion, motion.joints.map(({ isEnd }) => (isEnd ? identity : randomRotation(next))));
 }
 
-/** Each joint's own frame such that the OFFSET of its first child is along +X; rolled about it by a quarter at random. */
+/** Joint frames in which the OFFSET of the first child is along +X, with a random roll by quarter turns. */
 export function alongX(motion, seed) {
   const next = random(seed);
   const frames = motion.joints.map((_, index) => {
@@ -26,8 +26,8 @@ export function alongX(motion, seed) {
 }
 
 /**
- * Each joint's own frame such that its bone lies along an axis, and the other way on the right side of the body, as 3ds Max and
- * Unreal lay it; the other axes are as near to those of the body as can be. Without an axis the frames are as they are.
+ * Joint frames in which the bone is along an axis, and along the opposite axis on the right side of the body, as in 3ds
+ * Max and Unreal. The other axes are as near as possible to the body's axes. Without an axis, the frames do not change.
  */
 export function alongAxes(motion, axis) {
   const right = new Set(Object.entries(motion.bones).filter(([bone]) => bone.startsWith("right")).map(([, joint]) => joint));
@@ -43,7 +43,9 @@ export function alongAxes(motion, axis) {
   return withFrames(motion, frames);
 }
 
-/** Joint frames such that the rest pose is that of a row: of files whose skeleton was bound in the middle of a motion. */
+/**
+ * Joint frames for which the rest pose is the pose of a row, as if the skeleton was bound in the middle of a motion.
+ */
 export function restingAt(motion, row) {
   return withFrames(motion, motion.poses[row].rotations.map(inverse));
 }
@@ -62,7 +64,7 @@ function withFrames({ joints, seconds, poses }, frames) {
   return writeBvh(moved, seconds, turned, moving);
 }
 
-/** The longest part of a motion in which the arms are not raised sideways, as rows from and to. */
+/** The longest part of a motion in which the arms are not raised sideways, as first and last row. */
 export function withoutTPose({ poses }, bones) {
   const isRaised = ({ places }, side) => {
     const way = (from, to) => normalize(places[bones[to]].map((value, axis) => value - places[bones[from]][axis]));

@@ -1,4 +1,4 @@
-// A motion with known rotations, which are the identity in the T-pose: truth for roll.
+// A motion with known rotations, which are the identity in the T-pose, as the truth for roll.
 
 import { fileURLToPath } from "node:url";
 
@@ -6,12 +6,12 @@ import { writeBvh } from "./bvh.js";
 import { fromColumns, inverse, rotate, sub } from "./math.js";
 import { readNpz } from "./npz.js";
 
-/** The joints of SOMA's skeleton of 30, and the parent of each, as nv-tlabs/kimodo states them. */
+/** The 30 joints of SOMA's skeleton with their parents, from nv-tlabs/kimodo. */
 const JOINTS =
   "Hips Spine1 Spine2 Chest Neck1 Neck2 Head Jaw LeftEye RightEye LeftShoulder LeftArm LeftForeArm LeftHand LeftHandThumbEnd LeftHandMiddleEnd RightShoulder RightArm RightForeArm RightHand RightHandThumbEnd RightHandMiddleEnd LeftLeg LeftShin LeftFoot LeftToeBase RightLeg RightShin RightFoot RightToeBase".split(" ");
 const PARENTS = [-1, 0, 1, 2, 3, 4, 5, 6, 6, 6, 3, 10, 11, 12, 13, 13, 3, 16, 17, 18, 19, 19, 0, 22, 23, 24, 0, 26, 27, 28];
 
-/** The joints of bones that every skeleton has. */
+/** The joints of the bones that every skeleton has. */
 const BONES = {
   hips: 0,
   head: JOINTS.indexOf("Head"),
@@ -25,7 +25,7 @@ const BONES = {
   ),
 };
 
-/** The clip as BVH: as it is, with OFFSETs along +X, with joint frames at random, and these in cuts. */
+/** The clip as BVH: unchanged, with OFFSETs along +X, with random joint frames, and cuts of these files. */
 export function* soma(turnedAtRandom, alongX) {
   const path = fileURLToPath(new URL("../../fixtures/arrays/kimodo_soma_01.npz", import.meta.url));
   const { posed_joints: joints, global_rot_mats: matrices } = readNpz(path);

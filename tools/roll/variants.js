@@ -1,12 +1,12 @@
-// Writes a motion as another program would: other names, joint frames, axes, size, proportions and parts. What the body does
-// stays the same, so that the judge knows what must come of it.
+// Writes a motion in the style of another program: with other names, joint frames, axes, size, proportions and parts.
+// The movement of the body stays the same, so that the judge knows the right result.
 
 import { restOf } from "./bvh.js";
 import { aboutAxis, add, inverse, multiply, random, rotate, scale } from "./math.js";
 import { AXES, upright } from "./measure.js";
 import { alongAxes, alongX, restingAt, turnedAtRandom, withoutTPose } from "./rewrite.js";
 
-/** Names of bones in other programs: those of the trunk, then those of a side, where `S` stands for it. */
+/** Names of bones in other programs: first the trunk's names, then the names of a side, in which `S` means the side. */
 export const NAMES = {
   biped: [["Pelvis", "Spine", "Spine1", "Spine2", "Neck", "Head"], ["Clavicle", "UpperArm", "Forearm", "Hand", "Thigh", "Calf", "Foot", "Toe0"], (name, side) => (side ? `Bip01 ${side[0].toUpperCase()} ${name}` : `Bip01 ${name}`)],
   mixamo: [["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"], ["Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase"], (name, side) => `mixamorig:${side === "left" ? "Left" : side ? "Right" : ""}${name}`],
@@ -25,7 +25,7 @@ const TRUNK = ["hips", "spine", "chest", "upperChest", "neck", "head"];
 const SIDE = ["Shoulder", "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toes"];
 const FINGER = /^(left|right)(Thumb|Index|Middle|Ring|Little)(\w+)$/;
 
-/** The joints with the names of a system; those that it has none for are numbered. */
+/** The joints with the names of a system; joints without a name in the system get numbers. */
 export function named(joints, bones, system) {
   const [trunk, sides, write] = NAMES[system];
   const nameOf = (bone) => {
@@ -45,7 +45,7 @@ const turn = (rotation) => ({ places, rotations }) => ({
 });
 const other = (bone) => bone.replace(/^(left|right)/, (side) => (side === "left" ? "right" : "left"));
 
-/** The body in a mirror: what was its left is its right. */
+/** The mirrored body: left and right are exchanged. */
 function mirrored(motion) {
   const flip = ([x, y, z]) => [-x, y, z];
   return {
@@ -57,7 +57,7 @@ function mirrored(motion) {
   };
 }
 
-/** Bones of other lengths that point where they did: legs, arms and trunk each by a factor. */
+/** Bones with other lengths and the same directions: legs, arms and trunk each have a factor. */
 function reshaped(motion, next) {
   const factors = { Leg: 0.85 + 0.3 * next(), Arm: 0.85 + 0.3 * next(), trunk: 0.85 + 0.3 * next() };
   const { joints, bones } = motion;
@@ -79,8 +79,8 @@ function reshaped(motion, next) {
 const pick = (next, list) => list[Math.floor(next() * list.length)];
 
 /**
- * A motion of a humanoid as another program would write it, by a seed: `{ motion, text, how }`. Its joint frames may be chosen;
- * otherwise they are by the seed too.
+ * A motion of a humanoid in the style of another program, by a seed: `{ motion, text, how }`. The caller may choose the
+ * joint frames; otherwise the seed does.
  */
 export function variant(source, seed, chosen) {
   const next = random(seed);
@@ -124,7 +124,7 @@ export function variant(source, seed, chosen) {
   const drawn = pick(next, ["as they are", "as they are", "+X", "+Y mirrored", "+X mirrored", "random", "of a moment"]);
   const frames = chosen ?? drawn;
   how.push(system, `frames ${frames}`);
-  // Other frames have a rest pose that says nothing.
+  // With other frames, the rest pose has no information.
   if (motion.facing && frames === "as they are") motion.rest = restOf(motion);
   const write = {
     "as they are": () => alongAxes(motion, undefined),

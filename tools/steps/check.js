@@ -1,4 +1,4 @@
-// Runs `mocap edit` with steps that bring a limb or the head to a target, and judges what it wrote. See README.md.
+// Runs `mocap edit` with steps that move a limb or the head to a target, and judges the output. See README.md.
 
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -12,19 +12,21 @@ import { bonesOf } from "../roll/measure.js";
 
 const TOP = fileURLToPath(new URL("../../", import.meta.url));
 const MOCAP = process.env.MOCAP;
-/** How far from its target a limb may stay that is long enough, in metres. */
+/** The largest distance in metres of a limb from its target, if the limb is long enough. */
 const REACHED = 0.001;
-/** The largest acceleration outside the eases, beside the source's. */
+/** The largest ratio to the source's acceleration outside the ease-in and ease-out. */
 const ACCELERATION = 1.3;
-/** Less is no movement, in m/s2. */
+/** A smaller acceleration, in m/s2, is no movement. */
 const STILL = 2;
-/** The fraction of its length to which a limb may be stretched to count as long enough. */
+/** A limb is long enough if the target is within this fraction of its length. */
 const LONG_ENOUGH = 0.999;
-/** Nearer than this fraction of its length, a limb is folded, and a step aside of the goal swings it about. */
+/**
+ * Nearer than this fraction of its length, a limb is folded, and a small sideways movement of the goal swings it about.
+ */
 const FOLDED = 0.3;
-/** Seconds around a frame out of reach in which a limb passes over. */
+/** The seconds around a frame out of reach in which a limb blends. */
 const PASSING = 0.2;
-/** Seconds in which a step comes and goes. */
+/** The seconds in which a step eases in and out. */
 const EASE = 0.4;
 
 const LIMBS = {
@@ -42,7 +44,7 @@ const only = options.find((word) => word.startsWith("--only="))?.slice(7);
 const folder = mkdtempSync(join(tmpdir(), "steps-"));
 process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
 
-/** The map of a file, by hand: its own, or that of the file of this name among the fixtures. */
+/** The hand-made map of a file: its own map, or the map of the fixture of the same name. */
 function mapOf(path) {
   const beside = join(dirname(path), "truth.json");
   const own = existsSync(beside) ? Object.entries(JSON.parse(readFileSync(beside, "utf8")).files ?? {}) : [];
@@ -51,7 +53,7 @@ function mapOf(path) {
 
 const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
 
-/** The largest acceleration of a joint over the frames in which `counts` holds for all three that it is made of. */
+/** The largest acceleration of a joint; `counts` must hold for all three frames of an acceleration. */
 function acceleration(poses, joint, seconds, counts = () => true) {
   const at = poses.map(({ places }) => places[joint]);
   const of = (frame) => length(add(sub(at[frame + 1], scale(at[frame], 2)), at[frame - 1])) / seconds ** 2;
@@ -59,7 +61,7 @@ function acceleration(poses, joint, seconds, counts = () => true) {
   return most(frames.filter((frame) => [-1, 0, 1].every((by) => counts(frame + by))).map(of));
 }
 
-/** What an output is beside its source; lengths in metres. */
+/** The comparison of an output with its source; lengths are in metres. */
 function judge(source, result, { limb, bones, metres, range, seconds, targets, goal }) {
   const chain = limb.map((bone) => bones[bone]);
   const reach = (pose) => length(sub(pose.places[chain[1]], pose.places[chain[0]])) + length(sub(pose.places[chain[2]], pose.places[chain[1]]));
@@ -101,7 +103,7 @@ function count(label, found) {
   if (isLoud || !isRight) console.log(`${label.padEnd(72)}${numbers.map((value) => value.toFixed(2).padStart(9)).join("")}${isRight ? "" : "  FAILED"}`);
 }
 
-/** The motion of a file, and what `mocap` needs to know. */
+/** The motion of a file, and the options that `mocap` needs. */
 function sourceOf(path) {
   const map = mapOf(path);
   if (!map?.humanoid || !map.map) return undefined;
@@ -110,14 +112,17 @@ function sourceOf(path) {
   return { bones: bonesOf(map, joints.map(({ name }) => name)), joints, seconds, poses, metres: map.unit_m };
 }
 
-/** The unit is that of the map, for targets are in metres. */
+/** The map states the unit, because targets are in metres. */
 function run(path, metres, step) {
   const out = join(folder, "out.bvh");
   const done = spawnSync(MOCAP, ["edit", path, "-o", out, "--force", "--unit", String(metres), "--step", step], { encoding: "utf8" });
   return done.status === 0 ? readBvh(out).poses : console.log(`${basename(path)} ${step}: ${done.stderr}`);
 }
 
-/** Runs a step, and judges it; `goal` gives what the limb is to be at, from the poses of a frame before and after. */
+/**
+ * Runs a step, and judges it. `goal` returns the target of the limb from the poses of a frame before and after the
+ * step.
+ */
 function tried(path, source, [limb, step, targets, goal]) {
   const middle = Math.floor(source.poses.length / 2);
   const half = Math.max(1, Math.floor(Math.min(source.poses.length / 5, 1 / source.seconds)));
@@ -130,13 +135,13 @@ function tried(path, source, [limb, step, targets, goal]) {
   count(`${basename(path)} ${text}`, judge(poses, result, { ...source, limb: LIMBS[limb], range, targets, goal }));
 }
 
-/** The steps that are tried on a motion. */
+/** The steps that are tested on a motion. */
 function* steps({ bones, poses, metres }) {
   const middle = poses[Math.floor(poses.length / 2)];
   for (const [limb, chain] of Object.entries(LIMBS)) {
     const [start, , end] = chain.map((bone) => middle.places[bones[bone]]);
     if (!start || !end) continue;
-    // A point near to where the end is: somewhat nearer to the first joint, and 20 cm aside.
+    // A point near the end of the limb: somewhat nearer to the first joint, and 20 cm aside.
     const hips = middle.places[bones.hips];
     const aside = scale(normalize(sub(start, hips)), 0.2 / metres);
     const point = add(add(start, scale(sub(end, start), 0.75)), aside);

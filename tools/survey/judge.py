@@ -1,9 +1,10 @@
-"""Judges `mocap survey` by defects and twins that are planted into clean clips at a known place.
+"""Judges `mocap survey` by artificial defects at known places in clean clips, and by artificial twins
+(near-duplicates).
 
     judge.py MOCAP [--defects N] [--twins N] [--seed S] [--keep FOLDER]
 
-For each kind: recall above its stated smallest amount, and how far the found frames are from the planted ones; false
-alarms on the clean clips; recall and precision of twins.
+Prints for each kind: recall above its stated smallest amount, and the distance of the found frames from the planted
+frames. Also prints false alarms on the clean clips, and recall and precision of twins.
 """
 
 import argparse
@@ -21,18 +22,18 @@ import opinions
 from plant import HAS_PLACE, KINDS, OVERLAPS, TWINS, Body, Bvh, Planted
 
 FIXTURES = pathlib.Path(__file__).resolve().parents[2] / "fixtures"
-# Clips that a person looked at: people on a flat floor, their feet on it, with nothing wrong that is planted here. With
-# each: metres in one unit of the file, and the frames that are used.
+# Clips that a person checked: people on a flat floor, with their feet on it, and without any of the planted defects.
+# For each: the metres per unit of the file, and the used frames.
 CLEAN = {
     "real/cmu_12_01_walk.bvh": (0.0564444, 1, 524),
     "real/motionbuilder_vicon_walk.bvh": (0.0254, 0, None),
-    # After frame 2,000 its right foot slides by 6.4 cm while it stands.
+    # After frame 2,000, the standing right foot slides by 6.4 cm.
     "real/cmu_01_01.bvh": (0.0564444, 1, 2000),
     "skeletons/bvhtoolbox_walk01.bvh": (0.01, 0, None),
     "skeletons/accad_run_turn.bvh": (0.01, 0, None),
     "skeletons/vicon_sword_attack.bvh": (0.01, 0, None),
 }
-# Clips of which twins are made; they need not be clean.
+# Clips from which twins are made; they need not be clean.
 BASES = [
     "real/cmu_12_01_walk.bvh",
     "real/motionbuilder_vicon_walk.bvh",
@@ -46,11 +47,12 @@ BASES = [
     "skeletons/accad_run_turn.bvh",
     "skeletons/animics_all_along_z.bvh",
 ]
-# What is asked: recall of each kind, false alarms on clean clips, frames of a place, recall and precision of twins.
+# The targets: recall of each kind, false alarms on clean clips, frames of a place, recall and precision of twins.
 RECALL, FALSE_ALARMS, PLACE, TWIN_RECALL, TWIN_PRECISION = 0.95, 0.02, 2, 0.98, 0.99
-# How far a second opinion may be off, and the largest distance to a chosen clip beside that of NumPy.
+# The largest difference from a second opinion, and the largest ratio of the distance to a chosen clip to NumPy's
+# distance.
 OPINION, CHOICE = 0.01, 1.05
-# Seconds of a cut of a clean clip.
+# The length of a cut of a clean clip, in seconds.
 CUTS = (2.5, 6.0)
 
 
@@ -64,7 +66,7 @@ def survey(mocap, folder, *options):
 
 
 def cut(rng, bvh, first, last, seconds, low=None):
-    """A part of a clip, by a random start; with `low`, one that begins and ends with a foot on the floor."""
+    """A part of a clip with a random start; with `low`, a part that begins and ends with a foot on the floor."""
     clip = bvh.copy()
     rows = bvh.rows[first:last]
     frames = min(len(rows), round(seconds / bvh.frame_time))
@@ -77,20 +79,20 @@ def cut(rng, bvh, first, last, seconds, low=None):
 
 
 def lowest_toes(bvh, metres):
-    """How high the lower toe is in each frame, above where it usually is, in metres."""
+    """The height of the lower toe in each frame above its usual height, in metres."""
     body = Body(bvh, metres)
     heights = body.places[:, body.toes(), 1].min(axis=1)
     return heights - np.percentile(heights, 10)
 
 
 def defects(mocap, rng, folder, count, sample):
-    """Plants defects, and prints a row for each kind. Returns what is not as it is asked."""
+    """Plants defects, and prints a row for each kind. Returns the missed targets."""
     clips = {name: Bvh((FIXTURES / name).read_text()) for name in CLEAN}
     low = {name: lowest_toes(clips[name], CLEAN[name][0]) for name in CLEAN}
     folder.mkdir()
     truth, number = {}, 0
     kinds = list(KINDS)
-    # What is planted of a kind does not depend on the other kinds.
+    # The planted defects of a kind do not depend on the other kinds.
     seed = rng.random()
     own = {kind: random.Random(f"{seed} {kind}") for kind in kinds}
     tries = 0
@@ -128,7 +130,7 @@ def defects(mocap, rng, folder, count, sample):
         near = np.mean([p <= PLACE for p in places]) if kind in HAS_PLACE and places else math.nan
         recall = found / len(planted) if planted else math.nan
         print(f"{kind:16}{len(planted):8}{recall:8.3f}{near:8.3f}")
-        # Of a sample one may be missed of each kind.
+        # In a sample, the survey may miss one defect of each kind.
         if recall < RECALL and (not sample or found < len(planted) - 1):
             failures.append(f"{kind}: recall {recall:.3f}")
             missed = [f"{file} {t[1:]}" for file, t in planted.items() if not is_found(rows[file], *t[:2])]
@@ -146,7 +148,7 @@ def defects(mocap, rng, folder, count, sample):
 
 
 def second_opinions(mocap, folder, rows, truth):
-    """Compares what is measured and chosen with NumPy and SciPy."""
+    """Compares measures and selections with NumPy and SciPy."""
     noisy = [file for file, planted in truth.items() if planted[0] == "noise"][:12]
     clips = {file: ((folder / file).read_text(), CLEAN[truth[file][3]][0]) for file in noisy}
     failures = []
@@ -161,7 +163,7 @@ def second_opinions(mocap, folder, rows, truth):
     return failures
 
 
-# A flip of a finger, and a foot of a sunk body while the other stands, have kinds of their own.
+# A flip of a finger, and a sunk foot while the other foot stands, are separate kinds.
 ALSO = {"flip": ["finger-flip"], "under-floor": ["foot-through-floor"]}
 
 
@@ -185,7 +187,7 @@ def place(row, kind, frames):
 
 
 def twins(mocap, rng, folder, count, sample):
-    """Plants twins of parts of real clips, and holds the pairs that are found against those that were made."""
+    """Plants twins of parts of real clips, and compares the found pairs with the planted pairs."""
     folder.mkdir()
     family, kinds, number = {}, list(TWINS), 0
     bases = []
@@ -199,7 +201,7 @@ def twins(mocap, rng, folder, count, sample):
             base.rows = bvh.rows[first : first + frames].copy()
             first += frames
             file = f"base{len(bases):03}.bvh"
-            # What stands still has no twins.
+            # A still clip has no twins.
             if np.abs(np.diff(base.rows[:, 3:], axis=0)).max(axis=1).sum() > 100:
                 (folder / file).write_text(base.text())
                 family[file] = len(bases)

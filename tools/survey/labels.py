@@ -1,10 +1,10 @@
-"""Compares the verdicts of `mocap survey` with labels of clips, which were made by looking at them.
+"""Compares the verdicts of `mocap survey` with labels of clips, which a person made by looking at them.
 
     labels.py MOCAP FOLDER... [--half fit|held|all] [--list]
 
-FOLDER has the clips of `labels.tsv`, at any depth; a clip is known by the SHA-256 of its bytes. Thresholds are fitted on
-the clips whose hash is even, and reported on the others. The exit code is 1 where more clips that are labelled clean
-are called bad or suspect than is asked.
+FOLDER has the clips of `labels.tsv`, at any depth; the SHA-256 of its bytes identifies a clip. Thresholds are fitted on
+the clips with an even hash, and tested on the others. The exit code is 1 if too many clips with the label clean get the
+verdict bad or suspect.
 """
 
 import argparse
@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 LABELS = pathlib.Path(__file__).with_name("labels.tsv")
-# Of clips that are labelled clean, the fractions that may be called bad, and suspect.
+# The fractions of clips with the label clean that may get the verdicts bad and suspect.
 BAD, SUSPECT = 0.03, 0.10
 
 
@@ -50,7 +50,7 @@ def main():
     known = labels(options.half)
     verdicts, differ = collections.Counter(), []
     for row in survey(options.mocap, options.folders):
-        # A file that cannot be read has no row with a hash; a clip that is there twice has one label.
+        # An unreadable file has no row with a hash; two copies of a clip have one label.
         label = known.pop(row["sha256"][:16], None) if row["sha256"] else None
         if label is None or label["verdict"] in ("unsure", "unreadable"):
             continue

@@ -1,12 +1,12 @@
-"""Counts the verdicts of `mocap survey` that change where a clip is changed in a way that harms nothing.
+"""Counts the verdicts of `mocap survey` that change after a harmless change of the clip.
 
     laws.py MOCAP FOLDER... [--law NAME...] [--list]
 
-FOLDER has the clips of `labels.tsv`, at any depth; each BVH file of them that can be read is changed by each law. Where
-mocap has a step for it, as for GLB, that step changes it; all else is arithmetic on the text of the file, by `plant.py`.
-It prints a table: of each law, how many clips have the verdict that they had, and how many changed between good and bad.
-Values that are no numbers and missing frames are defects of a file, which end with it, and frames that are frozen are what one
-law plants: these kinds are turned off. Files of poses are left out, since a pose that is held is no motion.
+FOLDER has the clips of `labels.tsv`, at any depth; each law changes each readable BVH file. If mocap has a step for a
+law, or a format such as GLB, mocap makes the change; `plant.py` makes all other changes in the text of the file. The
+script prints a table: for each law, how many clips keep their verdict, and how many change between good and bad. Three
+kinds are disabled: values that are no numbers and missing frames, because they disappear with the file, and frozen
+frames, because a law adds them. Files of poses are omitted, because a held pose is no motion.
 """
 
 import argparse
@@ -23,11 +23,11 @@ import numpy as np
 import plant
 from labels import labels
 
-# Seconds of a T-pose before a clip, of a last frame that is held, and of a frame that is frozen within it.
+# The seconds of a T-pose before a clip, of a held last frame, and of a frozen frame within the clip.
 T_POSE, HELD, FROZEN = 0.5, 1.0, 1.0
-# Kinds that are turned off.
+# The disabled kinds.
 OFF = ["not-finite", "cut-off", "frozen"]
-# Degrees about the vertical, and how far a clip is moved, in sizes of its skeleton.
+# The rotation about the vertical in degrees, and the displacement of a clip in sizes of its skeleton.
 TURN, SHIFT = 37.0, 3.0
 
 
@@ -64,7 +64,7 @@ def shifted(bvh, row):
 
 
 def in_unit(bvh, row):
-    """In centimetres, or in metres where it is in centimetres."""
+    """Converts a clip to centimetres, or to metres if it is in centimetres."""
     metres = row["metres_per_unit"]
     plant.scaled(bvh, 0.01 if metres == 0.01 else metres / 0.01)
 
@@ -80,7 +80,7 @@ def frozen(bvh, row):
 
 
 def leading_t_pose(bvh, row):
-    """The rest pose where the first frame is: a T-pose of most skeletons; others are left out by the caller."""
+    """The rest pose at the position of the first frame: a T-pose for most skeletons; the caller omits the others."""
     places = columns_of_place(bvh)
     row = np.zeros(bvh.rows.shape[1])
     for joint in range(1, len(bvh.names)):

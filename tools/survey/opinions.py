@@ -1,4 +1,5 @@
-"""A second opinion on what `mocap survey` measures and chooses: jerk, noise and farthest points, by NumPy and SciPy."""
+"""A second opinion on the measures and selections of `mocap survey`: jerk, noise and farthest points, with NumPy and
+SciPy."""
 
 import base64
 import json
@@ -19,7 +20,8 @@ def jerk(bvh, metres):
 
 
 def noise(bvh, metres):
-    """The largest noise of a joint's rotations, in millimetres of the farthest joint below, as docs/survey-columns.md defines it."""
+    """The largest noise of a joint's rotations, in millimetres at the farthest joint below it. docs/survey-columns.md
+    defines it."""
     tips = end_sites(bvh)
     rest = np.zeros((len(bvh.names), 3))
     for joint, parent in enumerate(bvh.parents):
@@ -44,7 +46,8 @@ def noise(bvh, metres):
 
 
 def white(curve, rate):
-    """What of a curve may be white noise: the least of its 2nd to 7th differences, in the calm spans of half a second."""
+    """The possible white noise of a curve: the least of its 2nd to 7th differences, in the calm spans of half a
+    second."""
     span = int(np.clip(round(0.5 * rate), 16, len(curve)))
     spans = max(1, 2 * len(curve) // span - 1)
     of_white, found, differences = 1.0, [], curve
@@ -97,7 +100,7 @@ def end_sites(bvh):
 
 
 def compare(rows, clips):
-    """The largest relative differences of jerk and noise; `clips` are texts of BVH and metres in a unit, by name."""
+    """The largest relative differences of jerk and noise. `clips` has BVH texts and metres per unit, by name."""
     worst = {"jerk": 0.0, "noise": 0.0}
     for name, (text, metres) in clips.items():
         bvh = Bvh(text)
@@ -108,7 +111,8 @@ def compare(rows, clips):
 
 
 def choice(mocap, record, count):
-    """The largest distance of a clip to its nearest chosen one, over the best of all farthest-point samplings."""
+    """The largest distance of a clip to its nearest chosen clip, divided by the best value of all farthest-point
+    samplings."""
     rows = [json.loads(line) for line in record.read_text().splitlines()]
     points, files = [], []
     for row in rows:

@@ -1,4 +1,4 @@
-"""Plants defects and twins into clean motions, by arithmetic on the text of BVH files: it shares no code with mocap."""
+"""Plants defects and twins into clean motions by arithmetic on the text of BVH files, without code of mocap."""
 
 import math
 import re
@@ -56,7 +56,7 @@ class Bvh:
         return [self.first[joint] + i for i, c in enumerate(self.channels[joint]) if c.lower().endswith(kind)]
 
     def world(self):
-        """Positions of all joints, frames x joints x 3, and rotations to the world."""
+        """Positions of all joints, frames x joints x 3, and rotations relative to the world."""
         frames = len(self.rows)
         places = np.zeros((frames, len(self.names), 3))
         turns = np.zeros((frames, len(self.names), 3, 3))
@@ -99,7 +99,7 @@ def words(name):
     return re.sub(r"[^a-z]", "", name.lower())
 
 
-# Words by which the joints of the clean clips are known, tried in this order.
+# Words that identify the joints of the clean clips, tried in this order.
 BODY = {
     "hips": ("hips", "hip", "pelvis"),
     "neck": ("neck", "neck1", "neck01"),
@@ -114,7 +114,7 @@ BODY = {
 
 
 class Body:
-    """The joints of a clean clip, by their names, and where they are, in metres."""
+    """The joints of a clean clip by their names, and their positions in metres."""
 
     def __init__(self, bvh, metres):
         self.bvh, self.metres = bvh, metres
@@ -140,7 +140,7 @@ class Body:
         return [joint for joint in joints if joint is not None]
 
     def contacts(self, rate, least=0.35):
-        """Spans in which a toe is slow and low, as (joint, first, last)."""
+        """The spans in which a toe is slow and low, as (joint, first, last)."""
         found = []
         for joint in self.toes():
             at = self.places[:, joint]
@@ -159,12 +159,12 @@ class Body:
 
 
 class Planted(Exception):
-    """A clip in which a kind cannot be planted."""
+    """The kind of defect cannot be planted in the clip."""
 
 
 def span(rng, bvh, shortest, longest, margin=0.15, most=0.33):
     rate = 1 / bvh.frame_time
-    # What holds for half of a clip or longer is what is usual in it.
+    # A value in half of a clip or more counts as usual for the clip.
     longest = min(longest, most * len(bvh.rows) / rate)
     if longest < shortest:
         raise Planted
@@ -182,7 +182,7 @@ def root_columns(bvh):
 
 
 def bump(frames, start, end, ramp):
-    """0 outside, 1 from start to end, with ramps outside of them."""
+    """1 from start to end, ramps before and after, and 0 elsewhere."""
     at = np.arange(frames)
     rise = np.clip((at - (start - ramp)) / max(ramp, 1), 0, 1)
     fall = np.clip(((end - 1 + ramp) - at) / max(ramp, 1), 0, 1)
@@ -216,7 +216,7 @@ def gap(rng, bvh, metres):
         raise Planted
     joint = rng.choice(moving)
     columns = bvh.columns(joint, "rotation")
-    # A joint that is then where it was held has missed nothing.
+    # If the joint ends where it was held, it has missed no motion.
     jump = np.abs(bvh.rows[end, columns] - bvh.rows[start, columns]).max()
     if jump < max(3, 6 * np.median(steps[:, columns].max(axis=1))):
         raise Planted
@@ -287,7 +287,7 @@ def under_floor(rng, bvh, metres):
     heights = body.places[:, body.toes(), 1].min(axis=1)
     heights -= np.percentile(heights, 10)
     frames, amount = lift(rng, bvh, metres, -0.12, -0.06, 0.3, 0.8)
-    # A foot in the air is above the floor, however much the body is sunk.
+    # A foot in the air is above the floor even if the body is sunk.
     if np.mean(heights[frames[0] : frames[1] + 1] < 0.03) < 0.5:
         raise Planted
     return frames, -100 * amount
@@ -313,7 +313,7 @@ def treadmill(rng, bvh, metres):
     if sum(a != b for a, b in zip(sides, sides[1:])) < 3:
         raise Planted
     for column in (x, z):
-        # What is left of the path is its sway about a mean of one second.
+        # The rest of the path is its sway about a mean over one second.
         width = max(3, round(1 / bvh.frame_time)) | 1
         padded = np.pad(bvh.rows[:, column], width // 2, mode="reflect", reflect_type="odd")
         trend = np.convolve(padded, np.ones(width) / width, mode="valid")
@@ -412,7 +412,7 @@ def dropped(rng, bvh, metres):
 
 
 def moves(bvh, frame):
-    """Refuses a frame around which hardly anything moves: what repeats there nobody can see."""
+    """Refuses a frame around which hardly anything moves, because a repeated frame is not visible there."""
     steps = np.abs(np.diff(bvh.rows[frame - 5 : frame + 5, 3:], axis=0)).max(axis=1) / bvh.frame_time
     if steps.min() < 60:
         raise Planted
@@ -428,7 +428,8 @@ def flip(rng, bvh, metres):
 
 
 def exchanged(rng, bvh, metres):
-    """The rotations of both legs are exchanged, where they differ by 30 degrees and by more than a step."""
+    """Exchanges the rotations of both legs where they differ by 30 degrees and by more than the change between two
+    frames."""
     body = Body(bvh, metres)
     start, end = span(rng, bvh, 0.1, 0.6)
     left, right = (legs(bvh, body, side) for side in ("left", "right"))
@@ -439,7 +440,7 @@ def exchanged(rng, bvh, metres):
     for a, b in pairs:
         columns = bvh.columns(a, "rotation"), bvh.columns(b, "rotation")
         apart = np.maximum(apart, np.abs(bvh.rows[start:end, columns[0]] - bvh.rows[start:end, columns[1]]).max(axis=1))
-    # Legs that move more from one frame to the next than they differ can be either.
+    # If legs move more between two frames than they differ, the exchange is ambiguous.
     columns = [c for joint in left + right for c in bvh.columns(joint, "rotation")]
     step = np.abs(np.diff(bvh.rows[max(0, start - 5) : end + 5, columns], axis=0)).max()
     if apart[[0, -1]].min() < max(30, step):
@@ -488,7 +489,7 @@ def rotation_about(axis, angle):
 
 
 def tilted(rng, bvh, metres):
-    """The world tilted by 4 to 8 degrees, across the path of a clip that goes on for two metres and more."""
+    """Tilts the world by 4 to 8 degrees across the path of a clip that moves by two metres or more."""
     x, y, z = root_columns(bvh)
     path = bvh.rows[:, [x, z]] * metres
     along = path[-1] - path[0]
@@ -536,7 +537,7 @@ def no_motion(rng, bvh, metres):
 
 
 def feet_pass(bvh, metres):
-    """The speed in m/s beside the hips that the faster foot has in a tenth of the frames."""
+    """The speed in m/s relative to the hips that the faster foot exceeds in a tenth of the frames."""
     body = Body(bvh, metres)
     feet = [side["foot"] for side in body.sides.values()]
     if None in feet:
@@ -546,9 +547,9 @@ def feet_pass(bvh, metres):
 
 
 def wrong_rate(rng, bvh, metres):
-    # Four or five times too fast, or a frame each second, as where a writer lost the frame time.
+    # Four or five times too fast, or one frame per second, as if a writer lost the frame time.
     fast = rng.choice([4.0, 5.0, None])
-    # Feet of sprinters pass the hips at 10 m/s; of a slow walk four times as fast one sees less.
+    # The feet of sprinters pass the hips at 10 m/s. A slow walk at four times its speed stays below this.
     if fast and fast * feet_pass(bvh, metres) < 10:
         raise Planted
     times = fast or 1 / bvh.frame_time
@@ -607,14 +608,14 @@ KINDS = {
     "odd-unit": odd_unit,
     "odd-axis": odd_axis,
 }
-# Kinds of which a place within two frames is asked: those that begin and end by a step, not by a ramp or a window.
+# Kinds whose place must be found within two frames: they begin and end abruptly, without a ramp or a window.
 HAS_PLACE = ["doubled", "dropped", "flip", "exchanged", "frozen", "gap", "t-pose", "self-collision", "clipped-end"]
-# Kinds whose ramps and contacts blur the place: the planted span must be covered by half of it.
+# Kinds whose ramps and contacts blur the place: the found span must cover half of the planted span.
 OVERLAPS = ["breathing", "skate", "floating", "under-floor", "foot-through-floor", "no-support", "treadmill"]
 
 
 def mirrored(rng, bvh):
-    """Left and right exchanged, for skeletons that are symmetric about x and whose frames stand as the world's."""
+    """Exchanges left and right, for skeletons that are symmetric about x and whose joint axes are the world's axes."""
     names = [name.lower() for name in bvh.names]
     other = {}
     for joint, name in enumerate(names):
@@ -627,7 +628,7 @@ def mirrored(rng, bvh):
         other[joint] = names.index(twin) if twin in names else joint
         if np.abs(bvh.offsets[other[joint]] * [-1, 1, 1] - bvh.offsets[joint]).max() > 0.05 * (1 + np.abs(bvh.offsets[joint]).max()):
             raise Planted
-    # Names of another kind: without sides to exchange it would be a body whose left and right are the wrong way round.
+    # Other kinds of names: if the names have no sides to exchange, left and right of the body would be wrong.
     if all(joint == twin for joint, twin in other.items()):
         raise Planted
     rows = bvh.rows.copy()
@@ -639,7 +640,7 @@ def mirrored(rng, bvh):
             rows[:, bvh.first[joint] + i] = bvh.rows[:, bvh.first[twin] + i] * (-1 if negate else 1)
     places, _ = bvh.world()
     bvh.rows = rows
-    # Where the frames of joints stand otherwise, exchanged numbers are no mirrored motion.
+    # With other joint axes, exchanged numbers do not mirror the motion.
     made, _ = bvh.world()
     off = np.abs(made - places[:, [other[joint] for joint in range(len(names))]] * [-1, 1, 1])
     if off.max() > 0.01 * np.ptp(places.reshape(-1, 3), axis=0).max():
@@ -657,13 +658,13 @@ def other_rate(rng, bvh):
 
 
 def other_skeleton(rng, bvh):
-    """Other lengths of bones, and another size, with the motion of the joints."""
+    """Changes the lengths of bones and the size, and keeps the motion of the joints."""
     size = rng.uniform(0.8, 1.25)
     factors = {}
 
     def scaled(match):
         numbers = [float(match[i]) for i in (2, 3, 4)]
-        # One factor a length, so that left and right stay alike.
+        # One factor for each length, so that left and right stay equal.
         factor = size * factors.setdefault(round(math.hypot(*numbers), 1), rng.uniform(0.88, 1.12))
         return match[1] + " ".join(f"{number * factor:.5f}" for number in numbers)
 
@@ -696,7 +697,7 @@ def other_unit(rng, bvh):
 
 
 def resampled(rng, bvh):
-    """At a rate that is no fraction of the former one."""
+    """Resamples to a rate that is no simple fraction of the original rate."""
     rate = rng.choice([24, 25, 30, 50])
     seconds = (len(bvh.rows) - 1) * bvh.frame_time
     at = np.arange(int(seconds * rate) + 1) / rate / bvh.frame_time
@@ -706,7 +707,7 @@ def resampled(rng, bvh):
     angles = [c for joint in range(len(bvh.names)) for c in bvh.columns(joint, "rotation")]
     rows[:, angles] = np.degrees(np.unwrap(np.radians(rows[:, angles]), axis=0))
     if np.abs(np.diff(rows[:, angles], axis=0)).max() > 60:
-        raise Planted  # angles that turn over are not halfway between their neighbours
+        raise Planted  # no mean of two angles that wrap around
     bvh.rows = rows[before] * (1 - fraction) + rows[before + 1] * fraction
     bvh.frame_time = 1 / rate
 
@@ -727,7 +728,7 @@ def vertical(bvh):
 
 
 def elsewhere(rng, bvh):
-    """Turned about the vertical and moved, from the first frame on."""
+    """Rotates about the vertical and moves the whole clip."""
     columns, axis = root_columns(bvh), vertical(bvh)
     turn = rotation_about(np.eye(3)[axis], rng.uniform(-math.pi, math.pi))
     _, turns = bvh.world()

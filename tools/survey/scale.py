@@ -1,10 +1,10 @@
-"""How long `mocap survey` takes, and how much memory, over clips of ten seconds that differ.
+"""Measures time and memory of `mocap survey` over different clips of ten seconds.
 
     scale.py MOCAP [--clips N] [--links N] [--keep FOLDER]
 
-Each clip mixes two parts of a take, joint by joint, at a pace of its own, 300 frames at 30 a second; --links adds links to them
-up to that number. Prints the wall time, the processor time and the largest memory for a fourth of the clips, for all, and for
-all links.
+Each clip mixes two parts of a take, joint by joint, at its own pace, with 300 frames at 30 a second. --links adds
+file-system links to these clips up to that number. Prints the wall time, the processor time and the largest memory for
+a quarter of the clips, for all clips, and for all links.
 """
 
 import argparse
@@ -25,7 +25,7 @@ FRAMES, RATE = 300, 30
 
 
 def mixed(rng, bvh):
-    """The rows of a clip: two parts of the take at paces of their own, mixed joint by joint."""
+    """The rows of a clip: two parts of the take at different paces, mixed joint by joint."""
 
     def part():
         step = rng.uniform(0.6, 1.4) / bvh.frame_time / RATE

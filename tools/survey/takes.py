@@ -1,11 +1,12 @@
-"""Recall and precision of near-duplicates on a folder of takes: each BVH file is a take, and variants of it are planted.
+"""Measures recall and precision of near-duplicates on a folder of takes: each BVH file is a take, and the script adds
+variants of it.
 
     takes.py MOCAP FOLDER [--variants N] [--seconds S] [--seed S] [--keep FOLDER]
 
-A variant is found if `mocap survey` has it in the group of its take. A group that joins files of two takes is wrong:
-takes differ where CMU's numbers differ (`16_02`), else where the names of the files differ and none ends with the other: folders
-have copies with a word before the name.
-Precision is the fraction of near-duplicates whose kept clip is of the same take.
+A variant is found if `mocap survey` has it in the group of its take. A group that joins files of two takes is wrong.
+Takes differ if CMU's numbers differ (`16_02`). Without such numbers, takes differ if the file names differ and neither
+name ends with the other, because folders have copies with a word before the name. Precision is the fraction of
+near-duplicates whose kept clip is of the same take.
 """
 
 import argparse
@@ -20,27 +21,27 @@ import numpy as np
 from judge import survey
 from plant import TWINS, Bvh, Planted
 
-# A variant has at least so much to be recognised by: seconds, and degrees of all channels together.
+# The least content of a variant for recognition: seconds, and degrees of all channels together.
 LEAST_SECONDS, LEAST_DEGREES = 2.5, 300
-# Longer takes are cut, so that a folder is done in minutes; with --seconds, to their middle.
+# Longer takes are cut, so that a folder takes minutes; with --seconds, to their middle.
 MOST_SECONDS = 20
-# What is asked.
+# The targets.
 RECALL, PRECISION = 0.95, 0.99
 
 
 def take(path):
-    """The name of the take that a file has: CMU's number, else the name of the file."""
+    """The name of a file's take: CMU's number, else the name of the file."""
     number = re.search(r"(?<!\d)(\d{2,3})_(\d{2})(?!\d)", path.stem)
     return f"CMU {int(number[1])}_{number[2]}" if number else path.stem
 
 
 def are_one(a, b):
-    """Whether two names are of one take."""
+    """Whether two names belong to one take."""
     return a.endswith(b) or b.endswith(a)
 
 
 def read(path, seconds):
-    """The take, cut; `None` where it is no plain BVH file, or is too short or still to be recognised."""
+    """The cut take; `None` if the file is no plain BVH file, or is too short or too still for recognition."""
     try:
         bvh = Bvh(path.read_text())
     except (ValueError, IndexError, TypeError, UnicodeDecodeError):
@@ -54,7 +55,7 @@ def read(path, seconds):
 
 
 def is_enough(bvh, seconds):
-    """Whether a clip has so many seconds, and moves enough to be recognised."""
+    """Whether a clip has this number of seconds, and moves enough for recognition."""
     moves = np.abs(np.diff(bvh.rows[:, 3:], axis=0)).max(axis=1, initial=0).sum()
     # A clip that may be shorter may move less.
     least = LEAST_DEGREES * min(1, (seconds or len(bvh.rows) * bvh.frame_time) / LEAST_SECONDS)

@@ -1,14 +1,17 @@
-// Chromium without a screen, and pages in it that may neither talk to the console nor ask for anything.
+// Runs Chromium without a screen. Pages may neither write to the console nor make requests.
 
 import { chromium } from "playwright-core";
 import { launchOptions } from "../chromium.mjs";
 
-/** A browser that draws WebGL in software and talks to nobody on its own account. */
+/** A browser that draws WebGL in software and makes no network requests of its own. */
 export function launch() {
   return chromium.launch(launchOptions());
 }
 
-/** Opens a page. `trouble` collects every console message, every error and every request but the one for the page. */
+/**
+ * Opens a page. `trouble` collects every console message, every error and every request except the request for the
+ * page.
+ */
 export async function open(browser, address, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, ...options });
   const page = await context.newPage();
@@ -24,7 +27,7 @@ export async function open(browser, address, options = {}) {
   return { page, trouble, close: () => context.close() };
 }
 
-/** Waits until what has changed is drawn. */
+/** Waits until the page has drawn all changes. */
 export function settled(page) {
   return page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 }

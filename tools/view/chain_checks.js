@@ -1,4 +1,4 @@
-// Checks of the course's demos: the chain of matrices that grows, joints that are turned by hand, ends of chains that are dragged.
+// Checks the course's demos: the growing chain of matrices, joints turned by hand, dragged ends of chains.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -7,7 +7,10 @@ import { bentPositions } from "../../src/render/view/fabrik.js";
 import { settled } from "./browser.js";
 import { distance, exampleProgram, plus, randomOf } from "./reaching.js";
 
-/** Chains of two to eight bones and goals: within reach, out of it, almost as far as the chain is long, and straight chains. */
+/**
+ * Chains of two to eight bones with goals within reach, out of reach and almost at the chain's length, and straight
+ * chains.
+ */
 function chains(seed, count) {
   const random = randomOf(seed);
   const point = (size) => [random(size), random(size), random(size)];
@@ -41,7 +44,7 @@ export function chainChecks({ check, sample, open, mocap, pageOfFiles, pageOfTex
       const told = `chain ${i}: ${JSON.stringify(places)}`;
       boneLengths(joints).forEach((length, bone) => assert.ok(Math.abs(boneLengths(bent)[bone] - length) < 1e-5, told));
       assert.ok(distance(bent.at(-1), found.at(-1)) < 3e-4, `end of ${told}`);
-      // A straight chain may bend in any plane, and one that is almost stretched in any by a small angle.
+      // A straight chain may bend in any plane. An almost stretched chain may bend by a small angle in any plane.
       if (i % 10 === 0 || i % 4 === 2) return;
       bent.forEach((place, joint) => assert.ok(distance(place, found[joint]) < 1e-3, `joint ${joint} of ${told}: ${place}, not ${found[joint]}`));
     });
@@ -53,7 +56,7 @@ export function chainChecks({ check, sample, open, mocap, pageOfFiles, pageOfTex
     await page.click("#tree > div:nth-child(4)");
     await settled(page);
     const { chain } = JSON.parse(mocap("chain", lecture, "EndSite_Wrist", "--tick", "9", "--json"));
-    // Lines of OFFSET or CHANNELS, and columns of the row, by hand from the file.
+    // Lines of OFFSET or CHANNELS, and columns of the row, read by hand from the file.
     const marks = [["4,5", "1,2,3,4,5,6"], ["8", ""], ["9", "7,8,9"], ["12", ""], ["13", "10,11,12"], ["16", ""]];
     const before = await page.locator("#view").screenshot();
     for (const [i, part] of chain.entries()) {
@@ -164,7 +167,7 @@ export function chainChecks({ check, sample, open, mocap, pageOfFiles, pageOfTex
       mocap("edit", file, "-o", edited, "--force", ...steps);
       const again = JSON.parse(mocap("pose", edited, "--tick", "5", "--world", "--json")).nodes[joint].translation;
       assert.ok(distance(again, after[joint]) * metresPerUnit < 1e-3, `the command brings ${end} to ${again}, dragged to ${after[joint]}`);
-      // A joint that is turned then keeps the others where they are.
+      // After that, turning a joint does not move the other joints.
       await page.keyboard.press("z");
       await settled(page);
       const back = await page.evaluate(() => window.mocap.drawn());

@@ -1,4 +1,4 @@
-// Uses the pages of `mocap view` as a person does, and compares what they draw with what `mocap pose` says.
+// Uses the pages of `mocap view` as a person does, and compares their drawing with `mocap pose`.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -21,7 +21,7 @@ const { values } = parseArgs({
 const sample = Sample.chosen(values.all);
 
 const FILES = ["lecture_Test", "cmu_12_01_walk", "z_up_dab", "mocopi_jump_six_channels", "leap_hand_end_site_lowercase"];
-/** As a share of the figure's height. */
+/** As a fraction of the figure's height. */
 const MAX_ERROR = 1e-3;
 
 const fixture = (name) => fileURLToPath(new URL(`../../fixtures/real/${name.includes(".") ? name : `${name}.bvh`}`, import.meta.url));
@@ -50,14 +50,14 @@ function pageOfText(name, text, ...options) {
   return { file, path, address: pathToFileURL(path).href };
 }
 
-/** Where such a file stands. */
+/** The folder of such a file. */
 pageOfText.path = (name) => join(folder, name);
 
 const worldPositions = (name, tick) => filePositions(fixture(name), tick);
 const filePositions = (file, tick) =>
   JSON.parse(mocap("pose", file, "--tick", String(tick), "--world", "--json")).nodes.map((node) => node.translation);
 
-/** The largest distance between two lists of places, as a share of the extent of the second. */
+/** The largest distance between two lists of positions, as a fraction of the extent of the second list. */
 function difference(found, expected) {
   assert.equal(found.length, expected.length);
   const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -71,7 +71,7 @@ const pressed = (page, id) => page.getAttribute(`#${id}`, "aria-pressed");
 const jointNamed = (page, name) => page.evaluate((name) => window.mocap.state.clips[0].nodes.findIndex((node) => node.name === name), name);
 const jointPlace = (page, joint, clip = 0) => page.evaluate(([j, c]) => window.mocap.onPage(j, c), [joint, clip]);
 
-/** Taps again, as a person does, where a page too busy drawing has not taken the first touch. */
+/** Taps again, as a person does, if a page that is busy drawing missed the first touch. */
 async function tapUntil(page, selector, taken) {
   for (let tries = 1; ; tries++) {
     await page.tap(selector);
@@ -201,7 +201,7 @@ check("a mouse hovers, chooses, turns, moves, zooms and scrubs", async (browser)
   await page.mouse.click(x, y);
   assert.equal(await page.textContent("#joint-name"), "LeftFoot");
   for (const [act, what] of [
-    // Beside the foot, which would be dragged.
+    // A point beside the foot, because a press on the foot would drag it.
     [async () => { await page.mouse.move(x + 60, y); await page.mouse.down(); await page.mouse.move(x + 90, y + 30, { steps: 4 }); await page.mouse.up(); }, "turned"],
     [async () => { await page.keyboard.down("Shift"); await page.mouse.down(); await page.mouse.move(x, y, { steps: 4 }); await page.mouse.up(); await page.keyboard.up("Shift"); }, "moved"],
     [async () => { await page.mouse.wheel(0, -300); }, "zoomed"],
@@ -442,7 +442,7 @@ if (values.all) check("the page of an hour has about 20 MB, within the bound tha
   const [head, text] = readFileSync(fixture("cmu_01_01"), "latin1").split(/(?<=Frame Time:.*\n)/);
   const rows = text.trim().split("\n").map((row) => row.trim().split(/\s+/).map(Number));
   const HOUR = 3600 * 120;
-  // There and back, with a slow sway, so that no two rounds are equal.
+  // Forth and back with a slow sway, so that no two rounds are equal.
   const rowAt = (frame) => {
     const [at, sway] = [frame % (2 * rows.length), Math.sin(frame / 7001)];
     return rows[at < rows.length ? at : 2 * rows.length - 1 - at].map((value, column) => (value + 0.3 * sway * ((column % 5) - 2)).toFixed(4)).join(" ");
@@ -485,7 +485,7 @@ check("the download is a GLB", async (browser) => {
 
 check("a folder's list opens its clips", async (browser) => {
   const path = join(folder, "list.html");
-  // Some of the fixtures cannot be read, which is exit code 3.
+  // Some fixtures cannot be read, which gives exit code 3.
   assert.throws(() => mocap("view", fileURLToPath(new URL("../../fixtures/real", import.meta.url)), "-o", path), { status: 3 });
   const { page, trouble, close } = await open(browser, pathToFileURL(path).href);
   const cards = await page.locator("[data-name]").count();
@@ -501,7 +501,7 @@ check("a folder's list opens its clips", async (browser) => {
 });
 
 check("a page opens without a word whatever is in the file", async (browser) => {
-  // Small, still, motionless, moving in every joint, with several roots, and much that is odd.
+  // Small files, still files, files without motion, with motion of every joint, with several roots, and unusual files.
   const path = join(folder, "dialects.html");
   mocap("view", fileURLToPath(new URL("../../fixtures/dialects", import.meta.url)), "-o", path);
   const list = await open(browser, pathToFileURL(path).href);
@@ -589,7 +589,7 @@ if (values.pictures) {
 
 let browser = await launch();
 
-/** Runs a check, and returns what went wrong. After a fault the next check has a new browser. */
+/** Runs a check, and returns its faults. After a fault, the next check has a new browser. */
 async function faultOf(run) {
   try {
     await run(browser);
@@ -610,7 +610,7 @@ for (const [name, run] of chosenChecks) {
   const start = performance.now();
   let fault = await faultOf(run);
   if (fault) {
-    // A browser that draws in software on a busy machine loses a touch or a frame now and then. It says so here.
+    // On a busy machine, a browser that draws in software sometimes loses a touch or a frame. The check prints this.
     console.log(`again   ${name}\n        ${fault}`);
     fault = await faultOf(run);
   }

@@ -1,10 +1,10 @@
-// Checks of what a page saves of its picture, and of the part of the time that its time line shows.
+// Checks the pictures and films that a page saves, and the visible part of its time line.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { settled } from "./browser.js";
 
-/** The four letters that every file of a kind has, and where they stand. */
+/** The four letters in every file of a kind, and their position. */
 const MARKS = { png: ["PNG", 1], gif: ["GIF8", 0], webm: ["webm", 0], mp4: ["ftyp", 4] };
 
 export function filmChecks({ check, open, pageOf }) {
@@ -29,7 +29,7 @@ export function filmChecks({ check, open, pageOf }) {
       assert.ok(at ? found === at : found >= 0 && found < 96, `${kind} has no ${mark}`);
     }
     await page.keyboard.press("Escape");
-    // It is as it was.
+    // The page is unchanged.
     assert.equal(Number(await page.inputValue("#scrub")), 200);
     for (let presses = 0; presses < 6; presses++) await page.keyboard.press(",");
     assert.equal(await page.getAttribute("#scrub", "max"), "523");

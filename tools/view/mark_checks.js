@@ -1,4 +1,4 @@
-// Checks of what is shown beside the motion: contacts, limbs against those of a source, and dragged hands and feet.
+// Checks the marks beside the motion: contacts, comparison of limbs with a source, and dragged hands and feet.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -6,7 +6,7 @@ import { twoBone, turned } from "../../src/render/view/reach.js";
 import { settled } from "./browser.js";
 import { distance, exampleProgram, minus, plus, randomOf } from "./reaching.js";
 
-/** Limbs and goals, within reach and out of it, and some that are straight or folded. */
+/** Limbs with goals within and out of reach, and straight and folded limbs. */
 function tasks(seed, count) {
   const random = randomOf(seed);
   const point = (size) => [random(size), random(size), random(size)];
@@ -33,7 +33,7 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       const at = plus(start, turned(upper, minus(middle, start)));
       const last = plus(at, turned(lower, minus(end, middle)));
       const told = JSON.stringify([start, middle, end, goal]);
-      // A straight limb may bend in any plane; where it ends is the same.
+      // A straight limb may bend in any plane; its end is the same.
       const isStraight = i % 10 === 0;
       assert.ok(distance(last, found[i].slice(3, 6)) < 1e-5, `end of ${told}`);
       assert.ok(distance(at, comesTo) < 1e-9, `middle of ${told}`);
@@ -71,7 +71,7 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       }
       assert.ok(distance(before[0].file, after[0].file) < 1e-6);
       await page.mouse.up();
-      // The command that the page shows does it to the file.
+      // The command on the page makes the same change in the file.
       const shown = await page.evaluate(() => ({ command: document.querySelector("#drag code").textContent, json: document.querySelector("#drag").title }));
       assert.deepEqual(JSON.parse(shown.json).map(({ step, range }) => [step, range]), [["reach", "200f..200f"]]);
       const [, , name, , , ...steps] = shown.command.split(" ");
@@ -106,7 +106,7 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       const changes = columns.filter((column, x) => x > 0 && column[side] !== columns[x - 1][side]).length;
       assert.ok(changes >= 4, `${changes} changes on side ${side}`);
     }
-    // Where a bar is, a ball is drawn on the foot.
+    // During a bar, the page draws a ball on the foot.
     const balls = () => page.evaluate(() => window.mocap.state.clips[0].contacts.filter((point) =>
       point.intervals.some(([first, last]) => first <= window.mocap.state.clips[0].tick && window.mocap.state.clips[0].tick <= last)).map(({ bone }) => bone));
     await page.evaluate(() => window.mocap.seek(200));
@@ -153,9 +153,9 @@ export function markChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
     await page.evaluate(() => window.mocap.ready);
     assert.ok(await page.isVisible("#skin"));
     assert.match(await page.textContent("h1"), /cmu_12_01_walk on human_vrm0/);
-    // Of the 524 frames of the walk the first, a rest pose, is left out: 523 are left, from tick 0 to 522.
+    // The first of the 524 frames of the walk, a rest pose, is omitted: 523 frames remain, from tick 0 to 522.
     assert.equal(await page.getAttribute("#scrub", "max"), "522");
-    // VRM 0 faces -Z, and the page shows it from the front all the same.
+    // VRM 0 faces -Z, but the page still shows it from the front.
     const [hips, toes] = await page.evaluate(() => {
       const { nodes, drawn } = window.mocap.state.clips[0];
       return ["leftFoot", "leftToes"].map((name) => drawn[nodes.findIndex(({ bone }) => bone?.name === name)]);

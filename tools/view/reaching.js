@@ -1,4 +1,5 @@
-// What the checks of inverse kinematics share: places, tasks that are the same for a seed, and the examples of the library.
+// Common parts of the checks of inverse kinematics: positions, random tasks from a seed, and the examples of the
+// library.
 
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
@@ -9,7 +10,9 @@ export const distance = (a, b) => Math.hypot(...a.map((value, axis) => value - b
 export const plus = (a, b) => a.map((value, axis) => value + b[axis]);
 export const minus = (a, b) => a.map((value, axis) => value - b[axis]);
 
-/** An example of the library: beside the program, or where the tests have built it, for nothing is compiled for it twice. */
+/**
+ * The path of a library example: beside the program, or in the tests' build folder, so that nothing is compiled twice.
+ */
 export function exampleProgram(name) {
   const root = fileURLToPath(new URL("../../target", import.meta.url));
   const programs = [dirname(process.env.MOCAP), join(root, "debug")].map((folder) => join(folder, "examples", name));
@@ -18,7 +21,7 @@ export function exampleProgram(name) {
   return found;
 }
 
-/** Numbers that look random and are the same for the same seed. */
+/** Pseudorandom numbers from a seed. */
 export function randomOf(seed) {
   let state = seed >>> 0 || 1;
   return (most) => {

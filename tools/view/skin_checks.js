@@ -1,4 +1,4 @@
-// Checks of what is drawn with a skin: vertices, textures, and files with faults.
+// Checks drawings with a skin: vertices, textures, and files with faults.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -6,7 +6,7 @@ import { settled } from "./browser.js";
 
 const CHARACTERS = ["human_default.glb", "human_game_engine.glb", "human_vrm0.vrm", "arnaud.fbx"];
 
-/** The JSON and the bytes of a .glb, .vrm or .gltf with its buffer in itself. */
+/** The JSON and the bytes of a .glb, .vrm or .gltf file with an embedded buffer. */
 function gltf(path) {
   const bytes = readFileSync(path);
   if (bytes.toString("latin1", 0, 4) !== "glTF") {
@@ -17,7 +17,7 @@ function gltf(path) {
   return { json: JSON.parse(bytes.toString("utf8", 20, 20 + length)), bin: bytes.subarray(28 + length) };
 }
 
-/** The rows of an accessor, by the specification; a sparse one has zeros but for some of its rows. */
+/** The rows of an accessor, by the specification; a sparse accessor has zeros except in some rows. */
 function rows(file, index) {
   const { sparse, ...accessor } = file.json.accessors[index];
   const all = accessor.bufferView === undefined
@@ -41,7 +41,7 @@ function plainRows({ json, bin }, accessor) {
     bin[read](start + row * stride + column * size) / (accessor.normalized ? most : 1)));
 }
 
-/** The file with an animation that moves the weights of the morph targets of its first mesh that has them. */
+/** The file with an added animation of the morph target weights of its first mesh with morph targets. */
 function withWeights({ json, bin }, times, weights) {
   const node = json.nodes.findIndex(({ mesh }) => json.meshes[mesh]?.primitives.some(({ targets }) => targets));
   const numbers = Buffer.from(new Float32Array([...times, ...weights.flat()]).buffer);
@@ -98,7 +98,7 @@ function skinned(file, worlds, morphs = []) {
   return places;
 }
 
-/** What the vertex shader of the page gives for every vertex, in the file's coordinates. */
+/** The result of the page's vertex shader for every vertex, in the file's coordinates. */
 function onGpu(page) {
   return page.evaluate(() => {
     const { skins, state } = window.mocap;
@@ -134,7 +134,7 @@ function onGpu(page) {
   });
 }
 
-/** The colours of a picture of the page at some places. */
+/** The colours of a picture of the page at some positions. */
 async function colorsAt(page, places) {
   const picture = (await page.screenshot()).toString("base64");
   return page.evaluate(async ([picture, places]) => {
@@ -147,7 +147,7 @@ async function colorsAt(page, places) {
   }, [picture, places]);
 }
 
-/** The distance from each of some places to the nearest of others; both lists may have them in any order. */
+/** The distance from each position of a list to the nearest position of another list; the order does not matter. */
 function farthestFromNearest(places, others, cell) {
   const key = (place) => place.map((value) => Math.round(value / cell));
   const cells = new Map();
@@ -180,7 +180,7 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
   check("the GPU moves the vertices of a skin as the file says", async (browser) => {
     const walk = fixture("cmu_12_01_walk");
     for (const name of sample.some(["bar", "human_default.glb", "human_game_engine.glb", "human_vrm0.vrm"], 2)) {
-      // A character gets a motion first; its vertices stay as they were.
+      // A character gets a motion first; its vertices do not change.
       let file = bar;
       if (name !== "bar") {
         file = pageOfText.path(`moved_${name}`);
@@ -193,7 +193,7 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
         await settled(page);
         const expected = skinned(source, worldsOf(file, tick));
         const found = await onGpu(page);
-        // Of each there is one in the other. Weights have 16 bits, and `mocap pose` prints six digits.
+        // Each vertex has a counterpart in the other file. Weights have 16 bits, and `mocap pose` prints six digits.
         const error = Math.max(farthestFromNearest(found, expected, 0.01), farthestFromNearest(expected, found, 0.01));
         assert.ok(error < 1e-5, `${name} at tick ${tick}: ${error} m`);
         assert.ok(found.length >= 10);
@@ -220,7 +220,7 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
       const error = Math.max(farthestFromNearest(found, expected, 0.01), farthestFromNearest(expected, found, 0.01));
       assert.ok(error < 1e-5, `weights ${weights}: ${error} m`);
     }
-    // A slider that moves nothing would pass: at weight 1 the mouth is elsewhere than at rest.
+    // At weight 1, the mouth must differ from its rest position; otherwise a slider without effect would pass.
     assert.ok(farthestFromNearest(skinned(source, worlds, [1, 0]), skinned(source, worlds), 0.01) > 1e-3);
     assert.deepEqual(trouble, []);
     await close();

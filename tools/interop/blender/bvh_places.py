@@ -1,4 +1,4 @@
-"""Imports .bvh files into Blender and prints where it puts their joints, as JSON.
+"""Imports .bvh files into Blender and prints the positions of their joints as JSON.
 
 usage: python bvh_places.py < REQUESTS > ANSWERS
 
@@ -19,7 +19,7 @@ import bpy
 def answer(request):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    # Frames of the file are frames of the scene, from 1; no axis is turned.
+    # The frames of the file are the frames of the scene, from 1, and the axes do not change.
     bpy.ops.import_anim.bvh(filepath=request["file"], frame_start=1, axis_forward="Y", axis_up="Z")
     armature = next(thing for thing in bpy.data.objects if thing.type == "ARMATURE")
     answer = {"bones": [bone.name for bone in armature.pose.bones], "places": []}
@@ -32,7 +32,7 @@ def answer(request):
 
 
 requests = json.load(sys.stdin)
-# The importer tells its progress on standard output, which belongs to the answers here.
+# The importer prints its progress on standard output, where only the answers may be.
 with contextlib.redirect_stdout(io.StringIO()):
     answers = [bpy.app.version_string] + [answer(request) for request in requests]
 print(json.dumps(answers))

@@ -1,4 +1,4 @@
-"""Writes a motion file as glTF with the settings that Blender's exporter has by itself; `unsampled` keeps its curves.
+"""Writes a motion file as glTF with the default settings of Blender's exporter; `unsampled` keeps the curves.
 
     export_gltf.py INPUT OUTPUT [unsampled]
 """

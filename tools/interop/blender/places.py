@@ -1,4 +1,4 @@
-"""Imports .glb files into Blender and prints what it makes of them, as JSON.
+"""Imports .glb files into Blender and prints the result as JSON.
 
 usage: python places.py < REQUESTS > ANSWERS
 
@@ -18,9 +18,9 @@ import bpy
 
 
 def answer(request):
-    # A factory start each time: no cube, no keys of the file before.
+    # Resets Blender each time: no default cube, and no keys of the last file.
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    # The importer puts a key at the scene's rate times its seconds, and leaves the rate alone.
+    # The importer multiplies the seconds of a key by the scene's rate, and does not change the rate.
     scene = bpy.context.scene
     scene.render.fps = max(1, round(request["frames_per_second"]))
     scene.render.fps_base = 1.0
@@ -41,13 +41,13 @@ def answer(request):
         whole = math.floor(frame)
         scene.frame_set(whole, subframe=frame - whole)
         heads = [armature.matrix_world @ bone.head for bone in armature.pose.bones]
-        # Blender points up along Z, glTF along Y.
+        # The up axis is Z in Blender, and Y in glTF.
         answer["places"].append([[head.x, head.z, -head.y] for head in heads])
     return answer
 
 
 requests = json.load(sys.stdin)
-# The importer tells its progress on standard output, which belongs to the answers here.
+# The importer prints its progress on standard output, where only the answers may be.
 with contextlib.redirect_stdout(io.StringIO()):
     answers = [bpy.app.version_string] + [answer(request) for request in requests]
 print(json.dumps(answers))

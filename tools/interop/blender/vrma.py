@@ -1,4 +1,4 @@
-"""Poses a VRM character in Blender by a VRM animation, with the VRM add-on, and prints the poses as JSON.
+"""Poses a VRM character in Blender with a VRM animation and the VRM add-on, and prints the poses as JSON.
 
 usage: python vrma.py < REQUEST > ANSWER
 
@@ -46,7 +46,7 @@ def poses(request):
 
 
 request = json.load(sys.stdin)
-# Importers tell their progress on standard output, which belongs to the answer here.
+# Importers print their progress on standard output, where only the answer may be.
 with contextlib.redirect_stdout(io.StringIO()):
     answer = poses(request)
 print(json.dumps(answer))

@@ -1,4 +1,4 @@
-// Babylon in a browser, where it gets its decoder of meshopt from an address as a web site would set it.
+// Runs Babylon in a browser, which loads its meshopt decoder from an address, as on a web site.
 
 import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
 import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
@@ -13,12 +13,12 @@ MeshoptCompression.Configuration = { decoder: { url: "/modules/meshoptimizer/mes
 const engine = new NullEngine();
 
 /**
- * Loads `file`. Returns its bones, and for each time in seconds the places of the named nodes; or the message of the error
- * with which Babylon refuses it.
+ * Loads `file`. Returns its bones, and the positions of the named nodes at each time in seconds; or the message of
+ * Babylon's error.
  */
 window.play = async (file, names, times) => {
   const scene = new Scene(engine);
-  // Without this the loader mirrors the whole file under a node of its own.
+  // Without this setting, the loader mirrors the whole file under an additional node.
   scene.useRightHandedSystem = true;
   try {
     const { skeletons, animationGroups, transformNodes } = await ImportMeshAsync(file, scene, { pluginExtension: ".glb" });

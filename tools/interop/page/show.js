@@ -1,9 +1,9 @@
-// Draws a file from the front, in parallel projection, and says how large the figure ought to be in the picture.
+// Draws a file from the front, in parallel projection, and computes the expected size of the figure in the picture.
 
 import { AmbientLight, AnimationMixer, Box3, Color, DirectionalLight, OrthographicCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
-/** The height of the picture over that of the figure. */
+/** The ratio of the picture's height to the figure's height. */
 const MARGIN = 1.25;
 
 const renderer = new WebGLRenderer({ antialias: true });
@@ -11,8 +11,8 @@ renderer.setSize(innerWidth, innerHeight);
 document.body.append(renderer.domElement);
 
 /**
- * Shows `file` at a time. Returns the figure's size in metres, how many pixels a metre has, and how high above the
- * left foot the head is; NaN where a joint has another name.
+ * Shows `file` at a time. Returns the figure's size in metres, the pixels per metre, and the height of the head above
+ * the left foot; NaN if a joint has another name.
  */
 window.show = async (file, seconds) => {
   const gltf = await new GLTFLoader().loadAsync(file);
@@ -48,7 +48,7 @@ window.show = async (file, seconds) => {
   };
 };
 
-/** Where a picture differs from its upper left pixel: how many pixels, and the box around them. */
+/** The pixels of a picture that differ from its upper left pixel: their number, and the box around them. */
 window.measure = async (png) => {
   const picture = await createImageBitmap(await (await fetch(png)).blob());
   const canvas = new OffscreenCanvas(picture.width, picture.height);

@@ -1,4 +1,5 @@
-// Babylon without a screen (NullEngine): a Skeleton with a bone for every joint, and the joints' places.
+// Checks files in Babylon without a screen (NullEngine): a Skeleton with a bone for every joint, and the joints'
+// positions.
 
 import { readFileSync } from "node:fs";
 import { basename, join } from "node:path";
@@ -19,11 +20,12 @@ const FRAMES_PER_SECOND = 60;
 async function checkFile(results, engine, input, output) {
   const name = basename(input);
   const { json, nodes: written, between, frames, frameTime } = describe(output);
-  // Babylon takes the root of a skin for a bone, also where it is no joint, and what stands between it and the joints.
+  // Babylon makes bones of the root of a skin, even if it is no joint, and of the nodes between the root and the
+  // joints.
   const bones = [...json.skins[0].joints, json.skins[0].skeleton, ...between.map(({ index }) => index)];
   const boneCount = new Set(bones).size;
   const scene = new Scene(engine);
-  // Without this the loader mirrors the whole file under a node of its own.
+  // Without this setting, the loader mirrors the whole file under an additional node.
   scene.useRightHandedSystem = true;
   const data = `data:model/gltf-binary;base64,${readFileSync(output).toString("base64")}`;
   const { skeletons, animationGroups, transformNodes } = await ImportMeshAsync(data, scene, { pluginExtension: ".glb" });

@@ -1,6 +1,6 @@
-// Blender, as the Python package bpy: one armature with a bone for every joint, the mesh on it, and the bones' places; of
-// the default files, of the packed ones that it does not refuse, and of the BVH files that mocap writes.
-// BLENDER_PYTHON names a Python that has bpy; README.md says how to get one.
+// Checks files in Blender, the Python package bpy: one armature with a bone for every joint, its mesh, and the bones'
+// positions. Reads the default files, the compressed files that Blender accepts, and the BVH files that mocap writes.
+// BLENDER_PYTHON names a Python with bpy; README.md describes its installation.
 
 import { execFileSync } from "node:child_process";
 import { basename, join } from "node:path";
@@ -11,7 +11,7 @@ import { largestDistance, millimetres, stepsOf, ticksOf, toleranceFor } from "..
 import { describe } from "../glb.js";
 import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
 
-/** Runs a script of the folder `blender`: its answers to requests, and Blender's version. */
+/** Runs a script of the folder `blender`. Returns its answers to the requests, and Blender's version. */
 function ask(script, requests) {
   const printed = execFileSync(
     process.env.BLENDER_PYTHON ?? "python3",
@@ -22,7 +22,7 @@ function ask(script, requests) {
   return { version, answers };
 }
 
-/** `bound`: how far a file may be off beyond what any client may, in metres, since it was packed within that. */
+/** `bound` is the bound in metres within which the file was compressed; it is added to the limit of every client. */
 const FORMS = [
   { form: "default", options: [], bound: 0 },
   ...["int16", "meshopt", "meshopt-khr"].map((form) => ({
@@ -91,7 +91,7 @@ export async function run(results, folder, sample) {
     const files = sample.share(fixtures("real"), place, FORMS.length).map((input) => {
       const output = convert(input, join(outputs, outputName(input, ".glb")), ...options);
       const { json, frames, frameTime } = describe(output);
-      // A packed file keeps its bound in the frames of its source, not between them.
+      // A compressed file keeps its bound in the frames of its source, but not between them.
       const ticks = ticksOf(Math.max(frames, 1)).filter((tick) => bound === 0 || Number.isInteger(tick));
       return { input, output, frameTime, ticks, form, bound, requires: json.extensionsRequired ?? [] };
     });
@@ -106,7 +106,7 @@ export async function run(results, folder, sample) {
     files.forEach((file, index) => {
       const { refusal } = answers[index];
       if (refusal) {
-        // Only what a file requires is a reason: those that have nothing to pack require nothing.
+        // Blender may refuse a file only because of a required extension; a file without compressed data requires none.
         refusals.push(refusal.split("\n").at(-1));
         results.check(file.requires.length > 0, `${basename(file.input)}, ${form}: ${refusal}`);
         return;

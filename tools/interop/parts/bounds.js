@@ -1,5 +1,5 @@
-// Bounds from a tenth of a millimetre to a centimetre, in every form: every joint in every frame, in double precision, by
-// measure.js. A bound that a form cannot keep must be refused, not missed.
+// Checks bounds from a tenth of a millimetre to a centimetre in every form: measure.js compares every joint in every
+// frame in double precision. mocap must refuse a bound that a form cannot keep.
 
 import { basename, join } from "node:path";
 
@@ -11,10 +11,10 @@ import { convert, outputName, realFixture, subfolder } from "../mocap.js";
 const FORMS = ["none", "int16", "meshopt", "meshopt-khr"];
 /** In millimetres. */
 const BOUNDS = [0.1, 0.5, 1, 10];
-/** The error by which mocap says that a form cannot keep a bound. */
+/** mocap's error for a bound that a form cannot keep. */
 const REFUSAL = "[error-bound]";
 
-/** The real files that bvh.js reads: they move, and have no dialect. */
+/** The real files that bvh.js reads: they have motion, and use no dialect. */
 const FILES = [
   "biovision_example1.bvh",
   "blender_two_joints.bvh",

@@ -1,4 +1,5 @@
-// Chromium without a screen: three.js draws the default file of every moving real fixture, and the picture is measured.
+// three.js in Chromium draws the default file of every moving real fixture, and the check measures the figure in the
+// picture.
 
 import { basename, join } from "node:path";
 
@@ -6,11 +7,11 @@ import { withPage } from "../browser.js";
 import { describe } from "../glb.js";
 import { convert, fixtures, outputName, subfolder } from "../mocap.js";
 
-/** How far the figure in the picture may be from its computed height, in pixels: lines fade out at tips. */
+/** The largest difference from the figure's computed height, in pixels: lines fade out at their ends. */
 const SIZE_TOLERANCE = 12;
-/** A figure of which fewer pixels are seen is taken for a blank picture. */
+/** A figure with fewer visible pixels counts as a blank picture. */
 const MIN_PIXELS = 300;
-/** Figures of which it is known that they stand, and how high the head's joint is above the foot's, in metres. */
+/** Standing figures, with the height of the head's joint above the foot's joint, in metres. */
 const STANDING = new Map([
   ["cmu_01_01.bvh", [1.2, 1.7]],
   ["cmu_12_01_walk.bvh", [1.2, 1.7]],

@@ -1,4 +1,4 @@
-// BVH files that mocap writes, in three.js: every joint is where `mocap pose` has it in the file's source.
+// Checks BVH files of mocap in three.js: every joint is at its position in the source, as `mocap pose` prints it.
 
 import { readFileSync } from "node:fs";
 
@@ -8,7 +8,7 @@ import { BVHLoader } from "three/addons/loaders/BVHLoader.js";
 import { jointsOf, nameOf, placesBelow, writeBvhs } from "../bvhs.js";
 import { largestDistance, millimetres, ticksOf, toleranceFor } from "../compare.js";
 
-/** three.js adds position channels to the OFFSET, where the format and mocap put them in its place. */
+/** three.js adds position channels to the OFFSET. In the format and in mocap, they replace the OFFSET. */
 const addsOffset = ({ hasOffset, hasPositions }) => hasOffset && hasPositions;
 
 function load(path) {

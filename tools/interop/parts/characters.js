@@ -1,5 +1,5 @@
-// Characters that `mocap retarget` gives a motion: the Khronos validator finds no error and no warning that the character did
-// not have. CHARACTERS names a folder of more characters.
+// Checks characters with motions of `mocap retarget`: the Khronos validator finds only errors and warnings that the
+// character had before. CHARACTERS names a folder of more characters.
 
 import { readdirSync } from "node:fs";
 import { basename, extname, join } from "node:path";
@@ -7,7 +7,7 @@ import { basename, extname, join } from "node:path";
 import { mocap, realFixture, skeletonFixture, subfolder } from "../mocap.js";
 import { messagesAbout } from "./validator.js";
 
-/** Without meshes: the skeletons of the fixtures. */
+/** The skeletons of the fixtures, which have no meshes. */
 const SKELETONS = ["human_apose", "human_cmu", "human_default", "human_game_engine", "human_vrm0", "human_vrm1"];
 
 function characters() {
@@ -17,7 +17,7 @@ function characters() {
   return [...SKELETONS.map((name) => skeletonFixture(`${name}.gltf`)), ...more];
 }
 
-/** How often the validator says what: errors and warnings alone, without their places. */
+/** The number of each error and warning of the validator, without its position in the file. */
 async function complaintsAbout(path) {
   const counts = new Map();
   for (const message of await messagesAbout(path, "characters")) {

@@ -1,5 +1,5 @@
-// Fewer keys, in every client: three.js, Babylon, ufbx, Assimp and Blender put every joint within the largest error of the
-// source, in FBX and in glTF.
+// Checks files with fewer keys in every client: three.js, Babylon, ufbx, Assimp and Blender put every joint within the
+// largest error of the source, in FBX and in glTF.
 
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
@@ -19,26 +19,26 @@ import { millimetres, toleranceFor } from "../compare.js";
 import { describe } from "../glb.js";
 import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
 
-/** Files that a client shows wrongly, with every key too. */
+/** Files that a client shows wrongly even with every key. */
 const EXCUSED = JSON.parse(readFileSync(new URL("../exceptions.json", import.meta.url))).clients;
-/** The largest error that is asked for, in metres. */
+/** The requested largest error in metres. */
 const BOUND = 0.001;
 /** Frames to look at in each file. */
 const FRAMES = 16;
-/** Assimp prints six digits, which add up along chains, in metres. */
+/** Assimp's limit in metres: it prints six digits, whose errors add up along chains. */
 const ASSIMP_DIGITS = 2e-4;
 const FBX_TOOLS = fileURLToPath(new URL("../../fbx/", import.meta.url));
 const CLIENTS_SCRIPT = fileURLToPath(new URL("../clients.py", import.meta.url));
 const { PYTHON_CLIENTS, BLENDER_PYTHON } = process.env;
 
-/** The files that are written of each source. Assimp 5.2 takes normalised integers of rotations for floats. */
+/** The files that are written from each source. Assimp 5.2 reads normalised integers of rotations as floats. */
 const FORMS = {
   fbx: { extension: ".fbx", options: [], metres: 0.01, clients: ["three.js", "Babylon", "ufbx", "Assimp", "Blender", "Blender's Python"] },
   "glb, int16": { extension: ".glb", options: ["--compress", "int16"], metres: 1, clients: ["three.js", "Babylon", "Blender"] },
   "glb, none": { extension: ".glb", options: ["--compress", "none"], metres: 1, clients: ["three.js", "Babylon", "Assimp", "Blender"] },
 };
 
-/** Of each client: where the nodes of a file are at these seconds, by name, a map for each time. */
+/** For each client: the positions of a file's nodes by name, one map for each of these times in seconds. */
 const PLACES = {
   "three.js": inThree,
   Babylon: inBabylon,
@@ -107,12 +107,12 @@ function inBlender(path, seconds, importer) {
   return answer.places.map((frame) => new Map(answer.bones.map((bone, index) => [bone, frame[index]])));
 }
 
-/** The places that a client lacks or has elsewhere, as a sentence; and the largest distance. */
+/** A sentence about missing and wrong positions of a client, and the largest distance. */
 function faults(places, expected, allowed) {
   let [worst, sentence] = [0, undefined];
   const names = expected.map((node) => node.name);
   for (const { name, translation } of expected) {
-    // What has a name twice is called otherwise in the file.
+    // The file renames nodes whose names repeat.
     if (names.indexOf(name) !== names.lastIndexOf(name)) continue;
     const place = places.get(name);
     if (place === undefined) return { worst: Infinity, sentence: `no ${name}` };
@@ -156,7 +156,7 @@ async function checkFile(results, input, outputs, worst) {
 export async function run(results, folder, sample) {
   const outputs = subfolder(folder, "clients");
   const worst = new Map();
-  // Of `cmu_short.bvh` the axes of a position have most of their keys at different frames.
+  // In `cmu_short.bvh`, the three axes of a position have most of their keys at different frames.
   const inputs = fixtures("real").filter((input) => !input.endsWith(".c3d"));
   const first = inputs.filter((input) => basename(input) === "cmu_short.bvh");
   for (const input of new Set([...first, ...sample.some(inputs, 8)])) {

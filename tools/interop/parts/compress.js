@@ -1,5 +1,5 @@
-// The packed forms, within a bound of a millimetre: the validator on the file and on its unpacked twin, three.js with
-// its decoder, Babylon with its own in Chromium.
+// Checks the compressed forms within a bound of a millimetre: with the validator on the file and on its unpacked copy,
+// with three.js and its decoder, and with Babylon and its decoder in Chromium.
 
 import { statSync } from "node:fs";
 import { basename, join } from "node:path";
@@ -13,12 +13,15 @@ import { open } from "../playback.js";
 import { load, placesOf } from "./three.js";
 import { messagesAbout } from "./validator.js";
 
-/** The bound asked for, in metres. */
+/** The requested bound in metres. */
 const BOUND = 0.001;
-/** Single precision on the way through a client, as a share of what a place may be off. */
+/** The error of a client's single precision, as a fraction of the limit. */
 const ROUNDING = 0.1;
 const FORMS = ["int16", "meshopt", "meshopt-khr"];
-/** What Babylon does not know, and so must refuse by its name: silence, or a wrong pose, would be worse. */
+/**
+ * The extensions that Babylon does not know. It must name them in an error: a silent failure or a wrong pose would be
+ * worse.
+ */
 const UNKNOWN_TO_BABYLON = "KHR_meshopt_compression";
 
 async function checkValidator(results, name, form, output) {
@@ -29,7 +32,7 @@ async function checkValidator(results, name, form, output) {
   results.check(ofTwin.length === 0, `${name}, unpacked: ${ofTwin.slice(0, 3).join("\n    ")}`);
 }
 
-/** What three.js makes of a file, at times in seconds. */
+/** The positions of a file's nodes in three.js, at times in seconds. */
 async function playInThree(output, nodes, times) {
   const { objectOfNode, showTime } = await load(output);
   const objects = nodes.map((node) => objectOfNode.get(node.index));
@@ -39,7 +42,7 @@ async function playInThree(output, nodes, times) {
   });
 }
 
-/** Returns how far the clients were off what the file says, by client. */
+/** Returns the errors of the clients against the file, by client. */
 async function checkFile(results, page, address, input, output, form) {
   const name = `${basename(input)}, ${form}`;
   const { json, nodes, frames, frameTime, provenance } = describe(output);
@@ -64,7 +67,7 @@ async function checkFile(results, page, address, input, output, form) {
   const { sourceTick, change } = stepsOf(provenance);
   const worst = {};
   ticks.forEach((tick, index) => {
-    // Quantized quaternions have a length near 1: mocap normalises them, a client may or may not.
+    // Quantized quaternions have a length near 1. mocap normalises them; a client does not always.
     const [unchanged, normalised] = ["unchanged", "normalised"].map((reading) => {
       const inFile = placesAt(times[index], reading);
       return nodes.map((node) => inFile[node.index]);
@@ -72,7 +75,7 @@ async function checkFile(results, page, address, input, output, form) {
     const tolerance = toleranceFor(normalised);
     const own = largestDistance(pose(output, tick).map((node) => node.translation), normalised);
     results.check(own <= tolerance, `${name}, tick ${tick}: mocap's pose is ${millimetres(own)} from the file`);
-    // Between two frames the bound does not hold, for the source has no frame there.
+    // Between two frames the bound does not hold, because the source has no frame there.
     const inSource = Number.isInteger(tick) && pose(input, sourceTick(tick)).map((node) => change(node.translation));
     for (const { client, places } of clients) {
       const distance = Math.min(...[unchanged, normalised].map((reading) => largestDistance(places[index], reading)));

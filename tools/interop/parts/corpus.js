@@ -1,5 +1,5 @@
-// glTF files of other programs: those that packages carry, and those that exporters write. In every valid one, mocap puts
-// every node where an independent sampler in double precision has it: corpus.py.
+// Checks glTF files of other programs, from packages and from exporters. In every valid file, mocap and an independent
+// sampler in double precision (corpus.py) give the same node positions.
 
 import { execFileSync, spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, readdirSync } from "node:fs";
@@ -14,12 +14,12 @@ import { writeUnpacked } from "../meshopt.js";
 import { convert, outputName, realFixture, subfolder } from "../mocap.js";
 
 const INTEROP = fileURLToPath(new URL("../", import.meta.url));
-/** How far off a node may be, as a share of the figure's size. */
+/** The largest error of a node, as a fraction of the figure's size. */
 const TOLERANCE = 1e-5;
 
-/** Where packages are unpacked; they stay for the next run. */
+/** The folder of unpacked packages, which remain for the next run. */
 const PACKAGES = join(process.env.CARGO_TARGET_DIR ?? join(INTEROP, "../../target"), "interop");
-/** Packages whose archives are fetched: their own files, nothing that they depend on. */
+/** Packages whose archives are fetched, without their dependencies. */
 const SMALL = [
   { manager: "apt", name: "assimp-testmodels", files: "usr/share/assimp/models/glTF2" },
   { manager: "npm", name: "networked-aframe", version: "0.14.3", files: "package/examples/assets" },
@@ -27,7 +27,9 @@ const SMALL = [
 const LARGE = [{ manager: "npm", name: "@webxr-input-profiles/assets", version: "1.0.20", files: "package/dist/profiles" }];
 const FBX2GLTF = { manager: "npm", name: "fbx2gltf", version: "0.9.7", files: "package/bin" };
 
-/** Real files for the exporters: of several programs, with a translation at more than the root, and of FBX. */
+/**
+ * Real files for the exporters: from several programs, with translations of other joints than the root, and FBX files.
+ */
 const INPUTS = ["cmu_short.bvh", "lecture_Test.bvh", "rokoko_dance.bvh", "run.fbx", "animation_with_skeleton.fbx", "huesitos.fbx"];
 
 /** The folder of a package's files. */
@@ -60,7 +62,7 @@ function filesOf(folder) {
   return readdirSync(folder, { recursive: true }).filter(isGltf).sort().map((name) => join(folder, name));
 }
 
-/** What an exporter writes of these inputs. A refusal of its own is a note. */
+/** The files that an exporter writes from these inputs. If the exporter refuses an input, the check prints a note. */
 async function exported(results, outputs, { name, extension = ".glb", write }, inputs) {
   const written = [];
   for (const input of inputs) {
@@ -76,7 +78,7 @@ async function exported(results, outputs, { name, extension = ".glb", write }, i
   return written;
 }
 
-/** How many errors the Khronos validator finds. */
+/** The number of errors that the Khronos validator finds. */
 async function errorsIn(path) {
   const report = await validator.validateBytes(new Uint8Array(readFileSync(path)), {
     maxIssues: 1000,
@@ -85,7 +87,7 @@ async function errorsIn(path) {
   return report.issues.numErrors;
 }
 
-/** A file that the sampler can read: without compression by meshopt. */
+/** A file that the sampler can read: without meshopt compression. */
 async function twinOf(path, outputs) {
   const { extensionsRequired = [] } = readJson(path);
   if (!extensionsRequired.some((name) => name.endsWith("_meshopt_compression"))) return path;
@@ -101,13 +103,13 @@ function judge(paths) {
   return stdout.trim().split("\n").map((line) => JSON.parse(line));
 }
 
-/** What is not valid may be read or refused, in words. */
+/** mocap may read an invalid file, or refuse it with a message. */
 function checkInvalid(results, path) {
   const { status, stderr } = spawnSync(process.env.MOCAP, ["info", path], { encoding: "utf8", timeout: 60_000 });
   results.check(status === 0 || (status === 1 && stderr.includes("error[")), `${path}: ${status}, ${stderr}`);
 }
 
-/** Those that are valid; the others are checked here. */
+/** Returns the valid files, and checks the invalid files. */
 async function validOf(results, paths) {
   const valid = [];
   for (const path of paths) {
@@ -121,7 +123,7 @@ async function checkFiles(results, what, paths, outputs) {
   await checkValid(results, what, await validOf(results, paths), paths.length, outputs);
 }
 
-/** `count`: of all files that there were. */
+/** `count` is the number of all files. */
 async function checkValid(results, what, valid, count, outputs) {
   if (!results.check(valid.length > 0, `${what}: no valid file`)) return;
   const pairs = [];
@@ -141,7 +143,7 @@ async function checkValid(results, what, valid, count, outputs) {
   results.note(`${what}: ${valid.length} valid files with ${clips} clips, at most ${worst.off.toExponential(1)} of their size off${place}; ${others} others`);
 }
 
-/** An exporter's files: of all inputs, or of one after the other until one is valid. */
+/** An exporter's files: from all inputs, or from one input after the other until a file is valid. */
 async function checkExporter(results, exporter, turns, outputs) {
   let [valid, count] = [[], 0];
   for (const inputs of turns) {

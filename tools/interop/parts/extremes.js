@@ -1,5 +1,5 @@
-// Inputs at the edges, made here: very long, very many joints, no motion, one joint, awkward names. And the size of
-// the default file of one fixture.
+// Checks extreme inputs, which it makes: a very long motion, very many joints, no motion, one joint, awkward names.
+// Also checks the size of one fixture's default file.
 
 import { statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -9,17 +9,20 @@ import { describe, numbersOf, readGlb } from "../glb.js";
 import { convert, mocap, realFixture, subfolder } from "../mocap.js";
 import { messagesAbout } from "./validator.js";
 
-/** Bytes of the smallest other writer's file of the same take that keeps every frame: Blender 5.0.1's. */
+/** The size of the smallest file of this take that another writer makes with every frame: Blender 5.0.1. */
 const MAX_BYTES_OF_CMU_01_01 = 1_260_000;
 /** The largest error of a default file, in metres; see parts/verify.js. */
 const MAX_ERROR = 0.00002;
-/** In a take of 1000 s, times are rounded by up to 31 microseconds, in which the joints here, at up to 4.7 m/s, move by this. */
+/**
+ * In a take of 1000 s, times are rounded by up to 31 microseconds. At up to 4.7 m/s, the joints move this distance in
+ * that time.
+ */
 const MAX_ERROR_OF_LONG_TAKE = 0.00015;
 
 const ROTATION = "CHANNELS 3 Zrotation Xrotation Yrotation";
 const ALL_CHANNELS = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation";
 
-/** A BVH file of a chain of joints with these names, 1.8 m in all, in metres. `row` gives the values of a frame. */
+/** A BVH file in metres of a chain of joints with these names, 1.8 m long. `row` gives the values of a frame. */
 function chain(names, { frames, frameTime, row }) {
   const step = 1.8 / names.length;
   const lines = ["HIERARCHY"];
@@ -35,7 +38,7 @@ function chain(names, { frames, frameTime, row }) {
   return `${lines.join("\n")}\n`;
 }
 
-/** A root that walks to and fro at 1 m/s at most, and angles that swing, no two joints alike. */
+/** A root that walks back and forth at 1 m/s at most, and angles that swing differently for each joint. */
 function swinging(joints, frameTime) {
   return (frame) => {
     const seconds = frame * frameTime;
@@ -47,7 +50,7 @@ function swinging(joints, frameTime) {
   };
 }
 
-/** Writes and converts a file, holds it to the validator and to verify, and returns the path of the result. */
+/** Writes and converts a file, checks it with the validator and `mocap verify`, and returns the path of the result. */
 async function checkedFile(results, outputs, name, text, maxError = MAX_ERROR) {
   const input = join(outputs, `${name}.bvh`);
   writeFileSync(input, text);
@@ -101,7 +104,7 @@ async function awkwardNames(results, outputs) {
   const { nodes } = describe(output);
   const written = nodes.map((node) => node.name);
   results.check(new Set(written).size === nodes.length, `awkward_names: not unique: ${written}`);
-  // What three.js makes of a name: blanks to underscores, and these signs gone.
+  // A name as three.js changes it: underscores for blanks, without these characters.
   const cleaned = written.map((name) => name.replace(/\s/g, "_").replace(/[[\].:/]/g, ""));
   results.check(new Set(cleaned).size === nodes.length, `awkward_names: not unique in three.js: ${cleaned}`);
   results.check(written.every((name) => name !== ""), "awkward_names: a name is empty");

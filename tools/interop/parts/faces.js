@@ -1,4 +1,5 @@
-// Curves of morph targets: what three.js and Babylon play of the file as it was, and after a step that changes its times.
+// Checks curves of morph targets in three.js and Babylon: in the original file, and after a step that changes its
+// times.
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -14,12 +15,12 @@ import { madeFixture, mocap, subfolder } from "../mocap.js";
 import { load } from "./three.js";
 import { messagesAbout } from "./validator.js";
 
-/** Weights of the first animation of each file at a second, as the fixture was made: see fixtures/README.md. */
+/** The weights of each fixture's first animation at a time in seconds, from its definition in fixtures/README.md. */
 const FILES = {
   "arm_and_face.gltf": (seconds) => [seconds],
   "face_alone.gltf": (seconds) => [seconds, seconds < 0.5 ? 1 - 1.5 * seconds : 0.5 * (1 - seconds)],
 };
-/** What is done to the file, and which second of the source is at a second of the output. */
+/** The change of the file, and the source's time for a time of the output, in seconds. */
 const CHANGES = {
   convert: { args: ["convert"], source: (seconds) => seconds },
   trim: { args: ["convert", "--trim", "0.2s..1s"], source: (seconds) => seconds + 0.2 },
@@ -28,15 +29,18 @@ const CHANGES = {
   reverse: { args: ["edit", "--step", "reverse"], source: (seconds) => 1 - seconds },
   warp: { args: ["edit", "--step", "warp:speed=0.5"], source: (seconds) => seconds / 2 },
 };
-/** Seconds of the output to look at, before its end in every change, and none at a bend between two frames. */
+/**
+ * The compared times of the output in seconds: before the end of every changed file, and not at a bend between two
+ * frames.
+ */
 const SECONDS = [0, 0.1, 0.25, 0.3, 0.4];
-/** Single precision of times and weights. */
+/** The error of single precision in times and weights. */
 const ALLOWED = 1e-4;
 
-/** What items keep their numbers for, and what the fixtures lack, is a hint or an information. */
+/** Hints and information messages are about kept items and about missing parts of the fixtures. */
 const isSerious = (message) => /^(error|warning)/i.test(message);
 
-/** A `.gltf` with one embedded buffer as a `.glb`, which keeps it in a chunk. */
+/** Converts a `.gltf` file with one embedded buffer to `.glb`, which keeps the buffer in a chunk. */
 function writePacked(input, output) {
   const json = JSON.parse(readFileSync(input, "utf8"));
   const [buffer] = json.buffers;

@@ -1,4 +1,5 @@
-// Every motion of a humanoid on every character, with locked feet, judged by three.js: limbs, feet in contact, the floor.
+// Judges every motion of a humanoid on every character, with locked feet, in three.js: limbs, feet in contact, the
+// floor.
 
 import { existsSync, readFileSync, readdirSync } from "node:fs";
 import { basename, extname, join } from "node:path";
@@ -10,7 +11,7 @@ import { mocap, outputName, subfolder } from "../mocap.js";
 const FIXTURES = fileURLToPath(new URL("../../../fixtures/", import.meta.url));
 /** The largest speed of feet in contact above the speed of the source's feet, in metres a second. */
 const MORE_SKATE = 0.005;
-/** The most frames that may be below the floor, as a share. */
+/** The largest fraction of frames below the floor. */
 const MOST_BELOW = 0.01;
 /** The largest mean error of limbs, in degrees. */
 const MOST_DEGREES = 3;
@@ -29,7 +30,7 @@ function motions() {
   return found;
 }
 
-/** The characters of the fixtures, or of the folder that MOCAP_CHARACTERS names: with meshes. */
+/** The characters with meshes: of the fixtures, or of the folder that MOCAP_CHARACTERS names. */
 function characters() {
   const folder = process.env.MOCAP_CHARACTERS;
   if (!folder) {
@@ -52,7 +53,7 @@ export async function run(results, folder, sample) {
     await results.guard(basename(motion.path), async () => {
       const converted = join(outputs, outputName(motion.path, ".glb"));
       try {
-        // As retarget does: a rest pose before the motion is left out.
+        // Omits a rest pose before the motion, as `mocap retarget` does.
         mocap("convert", motion.path, converted, "--mesh", "none", "--drop-first-frame", "auto");
       } catch (error) {
         results.note(`${basename(motion.path)}: left out: ${error.stderr?.toString().trim().split("\n")[0]}`);

@@ -1,4 +1,4 @@
-// three.js in Node: the default file of every fixture loaded by GLTFLoader and played by AnimationMixer.
+// Checks the default file of every fixture in Node, with three.js' GLTFLoader and AnimationMixer.
 
 import { readFileSync } from "node:fs";
 import { basename, join } from "node:path";
@@ -12,14 +12,17 @@ import { largestDistance, millimetres, stepsOf, ticksOf, toleranceFor } from "..
 import { describe } from "../glb.js";
 import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
 
-/** How much larger than the figure the box of its skinned mesh may be, as a share: a knob is 0.18 of its link. */
+/**
+ * The allowed excess of the skinned mesh's box over the figure's size, as a fraction: a joint's octahedron has 0.18 of
+ * its link's length.
+ */
 const THICKNESS = 0.2;
-/** Half the size of the octahedron that stands for a figure without extent, in metres. */
+/** Half the size of the octahedron that replaces a figure without extent, in metres. */
 const MARKER_RADIUS = 0.0101;
 
 /**
- * The real files that three.js reads as mocap does. It always adds the OFFSET to position channels, and some dialects it
- * does not know; in these files that makes no difference.
+ * The real files that three.js reads as mocap does. three.js always adds the OFFSET to position channels, and does not
+ * know some dialects; in these files, neither matters.
  */
 const READ_ALIKE = new Set([
   "additive_root_pose.bvh",
@@ -38,7 +41,7 @@ const READ_ALIKE = new Set([
   "zero_offsets.bvh",
 ]);
 
-/** A file as three.js has it: the objects of its nodes, and a way to put them at a time. */
+/** A file loaded by three.js: the objects of its nodes, and a function that poses them at a time. */
 export async function load(path) {
   const bytes = readFileSync(path);
   const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
@@ -61,12 +64,12 @@ export async function load(path) {
   return { gltf, objectOfNode, showTime };
 }
 
-/** Where objects stand in the world. */
+/** The world positions of objects. */
 export function placesOf(objects) {
   return objects.map((object) => object.getWorldPosition(new Vector3()).toArray());
 }
 
-/** The joints of a BVH file as three.js reads it, in the order of the file, and a way to put them at a time. */
+/** The joints of a BVH file loaded by three.js, in the order of the file, and a function that poses them at a time. */
 export function loadBvh(path) {
   const { skeleton, clip } = new BVHLoader().parse(readFileSync(path, "utf8"));
   const [root] = skeleton.bones;
@@ -81,7 +84,7 @@ export function loadBvh(path) {
   return { joints: skeleton.bones.filter((bone) => bone.name !== "ENDSITE"), showTime };
 }
 
-/** Whether the skinned mesh goes where the joints are that move it: its box holds theirs, and is hardly larger. */
+/** Whether the skinned mesh follows its joints: its box contains the joints' box, and is hardly larger. */
 function meshFollows(scene) {
   const meshBox = new Box3();
   const joints = new Set();
@@ -146,7 +149,8 @@ async function checkFile(results, input, output) {
       const withChannels = places.filter((_, index) => !nodes[index].extras?.end_site);
       compare("what three.js makes of the source", withChannels, placesOf(bvh.joints).map(change));
     }
-    // The meshes of an FBX file are its own, and need not be around its joints: `src/formats/tests/it/fbx.rs` compares their vertices.
+    // The meshes of an FBX file come from the file, and need not be around its joints: `src/formats/tests/it/fbx.rs`
+    // compares their vertices.
     const isOwn = name.endsWith(".fbx");
     results.check(isOwn || meshFollows(gltf.scene), `${name}, tick ${tick}: the mesh is not where the joints are`);
   }

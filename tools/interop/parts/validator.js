@@ -1,5 +1,5 @@
-// The Khronos validator on every readable fixture in every form. No message of any severity is allowed, but for
-// those in exceptions.json.
+// Runs the Khronos validator on every readable fixture in every form. No message of any severity is allowed, except the
+// messages in exceptions.json.
 
 import { readFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
@@ -19,7 +19,7 @@ const MODES = [
   { name: "root-motion", extension: ".glb", options: ["--root-motion"], isOfRoot: true },
   { name: "resampled", extension: ".glb", options: ["--fps", "30", "--rest", "frame:0", "--in-place"], isOfRoot: true },
 ];
-// Files of markers, which have no root.
+// Marker files, which have no root.
 const POINTS = [".c3d", ".trc"];
 const SEVERITIES = ["error", "warning", "info", "hint"];
 const EXCEPTIONS = JSON.parse(readFileSync(new URL("../exceptions.json", import.meta.url))).validator;
@@ -42,7 +42,7 @@ export async function messagesAbout(path, mode) {
     .map((message) => `${SEVERITIES[message.severity]} ${message.code} at ${message.pointer}: ${message.message}`);
 }
 
-/** What mocap says of a file that it does not convert; empty where it does. */
+/** mocap's message about a file that it does not convert; empty if it converts the file. */
 function refusalOf(input, folder, options = []) {
   try {
     convert(input, join(folder, "refused.glb"), ...options);

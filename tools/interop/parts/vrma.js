@@ -1,5 +1,6 @@
-// VRM animations: three-vrm poses a VRM character by the files that mocap writes, as the motion in the source, which
-// three.js's BVHLoader reads, poses it. With `--all` the crate vrm-runtime does too, and Blender's VRM add-on where it is.
+// Checks VRM animations of mocap: three-vrm poses a VRM character with them. The poses must equal the source's motion,
+// which three.js' BVHLoader reads. With `--all`, the crate vrm-runtime and, if installed, Blender's VRM add-on pose the
+// character too.
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { basename, join } from "node:path";
@@ -16,12 +17,14 @@ import { buildVrmRuntime, canBlender, posesInBlender } from "../vrm.js";
 import { messagesAbout } from "./validator.js";
 import { loadBvh } from "./three.js";
 
-/** How far a bone may be off, in degrees. */
+/** The largest error of a bone in degrees. */
 const TOLERANCE = 0.1;
-/** How far the hips may be off, in metres. */
+/** The largest error of the hips in metres. */
 const SAME_PLACE = 0.0002;
 
-/** BVH that three.js reads as mocap does, of humanoids. In some it adds the root's OFFSET to its position. */
+/**
+ * BVH files of humanoids that three.js reads as mocap does. In some, three.js adds the root's OFFSET to its position.
+ */
 const WITH_OFFSET = ["accad_run_turn.bvh", "bvhtoolbox_walk01.bvh", "vicon_sword_attack.bvh"].map(skeletonFixture);
 const SOURCES = [
   realFixture("cmu_short.bvh"),
@@ -32,7 +35,7 @@ const SOURCES = [
   ...WITH_OFFSET,
 ];
 
-/** Limbs, and where they point in the T-pose: bone, end, direction. */
+/** Limbs and their directions in the T-pose: bone, end, direction. */
 const LIMBS = ["left", "right"].flatMap((side) => {
   const outwards = new Vector3(side === "left" ? 1 : -1, 0, 0);
   const down = new Vector3(0, -1, 0);
@@ -44,7 +47,7 @@ const LIMBS = ["left", "right"].flatMap((side) => {
   ];
 });
 
-/** A VRM 1.0 character: the skeleton of a fixture, with the bones that are known of it. */
+/** A VRM 1.0 character: the skeleton of a fixture, with its known humanoid bones. */
 function writeCharacter(path) {
   const name = "human_vrm1.gltf";
   const json = JSON.parse(readFileSync(skeletonFixture(name), "utf8"));
@@ -70,7 +73,10 @@ async function parse(path, plugin) {
   return await loader.parseAsync(buffer, "");
 }
 
-/** How three-vrm poses the character: at each time, of each bone its rotation since the T-pose, and where the hips are. */
+/**
+ * The character's poses in three-vrm: at each time, the rotation of each bone relative to the T-pose, and the position
+ * of the hips.
+ */
 async function posesInThree(character, animation, times) {
   const { vrm } = (await parse(character, (parser) => new VRMLoaderPlugin(parser))).userData;
   VRMUtils.rotateVRM0(vrm);
@@ -96,7 +102,7 @@ async function posesInThree(character, animation, times) {
   });
 }
 
-/** How the source poses its own body: at each tick, of each bone its rotation and its place in the axes of the file. */
+/** The source's poses: at each tick, the rotation and the position of each bone in the axes of the file. */
 function posesInSource(input, output, ticks) {
   const provenance = readGlb(output).json.asset.extras.mocap;
   const { sourceTick, change } = stepsOf(provenance);
@@ -115,14 +121,17 @@ function posesInSource(input, output, ticks) {
 }
 
 const degrees = (angle) => (angle * 180) / Math.PI;
-/** Angles in degrees between two directions and between two rotations, by sines: of small angles cosines are too coarse. */
+/**
+ * Angles in degrees between two directions and between two rotations. They use sines, because cosines are too coarse
+ * for small angles.
+ */
 const betweenWays = (a, b) => degrees(Math.atan2(a.clone().cross(b).length(), a.dot(b)));
 const betweenTurns = (a, b) => {
   const { x, y, z, w } = a.clone().multiply(b.clone().invert());
   return degrees(2 * Math.atan2(Math.hypot(x, y, z), Math.abs(w)));
 };
 
-/** Compares a reader's poses with those of the source; returns the largest angle in degrees. */
+/** Compares a reader's poses with the source's poses; returns the largest angle in degrees. */
 function compare(results, name, ticks, poses, expected, hasHips) {
   let worst = 0;
   const check = (tick, what, angle) => {
@@ -156,7 +165,7 @@ export async function run(results, folder, sample) {
   const character = writeCharacter(join(outputs, "character.vrm"));
   const readers = [{ reader: "three-vrm", poses: posesInThree, isStraight: true }];
   if (sample.isAll) readers.push({ reader: "vrm-runtime", poses: buildVrmRuntime(), isStraight: true });
-  // Between frames Blender bends the way from key to key.
+  // Between frames, Blender interpolates from key to key along a curve.
   if (sample.isAll && canBlender()) readers.push({ reader: "Blender", poses: posesInBlender, isStraight: false });
   const worst = new Map(readers.map(({ reader }) => [reader, 0]));
   const forms = [[], ["--max-error", "0.02mm", "--compress", "none"], ["--trim", "5f..50f"]];

@@ -1,4 +1,4 @@
-//! Poses a VRM character by a VRM animation, and prints the poses as JSON.
+//! Poses a VRM character with a VRM animation, and prints the poses as JSON.
 //!
 //! usage: `mocap-vrm-runtime CHARACTER ANIMATION SECONDS..`
 //!
