@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws a character with a retargeted motion from two sides, and the imported motion beside it.
+"""Draws a character with a retargeted motion from two sides, beside the imported motion.
 
     PYTHON tools/blender/picture.py HERO.glb MOTION OUTPUT.png MOCAP.zip
 

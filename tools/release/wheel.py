@@ -1,6 +1,6 @@
-"""The Python wheel in an environment without Rust, for the channels python, rerun and huggingface.
+"""Tests the Python wheel in an environment without Rust, for the channels python, rerun and huggingface.
 
-`MOCAP_WHEEL` names a wheel that is built. Without it `tools/release/wheels` builds one.
+`MOCAP_WHEEL` names a built wheel; the default is to build one with `tools/release/wheels`.
 """
 
 import json
@@ -21,7 +21,7 @@ def built():
     """The wheel."""
     if named := os.environ.get("MOCAP_WHEEL"):
         return Path(named).resolve()
-    # What it prints is not for the table.
+    # The output of the build does not belong in the table.
     subprocess.run([ROOT / "tools/release/wheels"], check=True, stdout=sys.stderr)
     return max((ROOT / "target/wheels/release").glob("mocap_kit-*.whl"), key=lambda path: path.stat().st_mtime)
 
@@ -31,14 +31,14 @@ def bare(*folders):
     home = SCRATCH / "home"
     home.mkdir(exist_ok=True)
     path = os.pathsep.join([*map(str, folders), "/usr/bin", "/bin"])
-    # Where packages come from is a setting of the machine.
+    # The source of packages is a setting of the machine.
     kept = {name: value for name, value in os.environ.items() if name.startswith(("PIP_", "UV_", "SSL_", "REQUESTS_"))}
     kept = {name: value for name, value in kept.items() if "CACHE" not in name}
     return {**kept, "HOME": str(home), "PATH": path, "PIP_NO_CACHE_DIR": "1", "UV_PYTHON": sys.executable}
 
 
 def run(words, environment, **options):
-    """Runs a command that must succeed, and returns what it prints."""
+    """Runs a command that must succeed, and returns its output."""
     done = subprocess.run(words, env=environment, cwd=SCRATCH, stdout=subprocess.PIPE, **options)
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, words))}: exit code {done.returncode}")
@@ -46,7 +46,7 @@ def run(words, environment, **options):
 
 
 def environment(name, *packages):
-    """An environment with these packages: its folder of programs, and how long that took."""
+    """Makes an environment with these packages. Returns its folder of programs, and the time."""
     start = time.monotonic()
     run([sys.executable, "-m", "venv", SCRATCH / name], bare())
     run([SCRATCH / name / "bin/python", "-m", "pip", "install", "--quiet", *packages], bare())
@@ -54,7 +54,7 @@ def environment(name, *packages):
 
 
 def check_glb(path):
-    """Whether a file is a whole GLB: its magic number, its version, and its length."""
+    """Whether a file is a complete GLB file, by its magic number, its version, and its length."""
     contents = path.read_bytes()
     header = [contents[:4], int.from_bytes(contents[4:8], "little"), int.from_bytes(contents[8:12], "little")]
     if header != [b"glTF", 2, len(contents)]:
@@ -62,6 +62,6 @@ def check_glb(path):
 
 
 def row(channel, command, seconds, size, person):
-    """The last line of a channel that was tried."""
+    """The last line of a tested channel."""
     values = {"seconds": round(seconds, 1), "bytes": size, "status": "tried", "person": person}
     print(json.dumps({"channel": channel, "command": command, **values}))

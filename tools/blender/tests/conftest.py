@@ -1,4 +1,4 @@
-"""Blender with the extension, the program, and a reader of glTF that shares nothing with either."""
+"""Blender with the extension, the program, and a reader of glTF that shares no code with Blender or the program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TO_BLENDER = np.array(((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1)),
 
 @pytest.fixture(scope="session", autouse=True)
 def extension() -> None:
-    """Installs the extension from its file, with the wheel in it, by Blender's own installer."""
+    """Installs the extension from its file, which contains the wheel, with Blender's own installer."""
     file = os.environ["MOCAP_EXTENSION"]
     bpy.ops.preferences.addon_enable(module="bl_pkg")
     bpy.ops.extensions.package_install_files(filepath=file, repo="user_default", enable_on_install=True)
@@ -32,7 +32,7 @@ def extension() -> None:
 
 @pytest.fixture(autouse=True)
 def empty(extension: None) -> None:
-    """Nothing is in Blender."""
+    """An empty Blender."""
     bpy.ops.wm.read_homefile(use_empty=True)
 
 
@@ -42,7 +42,7 @@ def mocap(*words: object) -> None:
 
 
 class Written:
-    """A .glb of the program: names of nodes, and where they are, in double precision."""
+    """A .glb file of the program: names and positions of nodes, in double precision."""
 
     def __init__(self, path: Path, clip: int = 0) -> None:
         file = corpus.File(path)
@@ -51,7 +51,7 @@ class Written:
         self.names = [file.json["nodes"][index].get("name", "") for index, _ in self._nodes]
         skinned = {joint for skin in file.json.get("skins", []) for joint in skin["joints"]}
         nodes = [file.json["nodes"][index] for index, _ in self._nodes]
-        # An end site that has nodes below it is a joint.
+        # An end site with child nodes is a joint.
         ends = [node.get("extras", {}).get("end_site") and "children" not in node for node in nodes]
         self.is_joint = [index in skinned and not is_end for (index, _), is_end in zip(self._nodes, ends)]
         self._tracks = []
@@ -69,7 +69,7 @@ class Written:
         return [name for name, is_joint in zip(self.names, self.is_joint) if is_joint]
 
     def pose(self, seconds: float | None) -> dict[str, np.ndarray]:
-        """The matrices of nodes to Blender's world, at a time or at rest, by name; names do not repeat."""
+        """The matrices from nodes to Blender's world by name, at a time or at rest. Names are unique."""
         driven: dict[int, dict[str, tuple[float, ...]]] = {}
         for node, path, times, values, kind in self._tracks if seconds is not None else ():
             driven.setdefault(node, {})[path] = corpus.sample(times, values, kind, path, seconds)
@@ -82,7 +82,7 @@ class Written:
 
 
 def posed(armature: bpy.types.Object, frame: float) -> dict[str, np.ndarray]:
-    """The matrices of bones to the world as Blender evaluates them."""
+    """The matrices from bones to the world, as Blender evaluates them."""
     bpy.context.scene.frame_set(int(frame), subframe=frame - int(frame))
     evaluated = armature.evaluated_get(bpy.context.evaluated_depsgraph_get())
     world = np.array(evaluated.matrix_world, dtype=np.float64)
@@ -90,19 +90,19 @@ def posed(armature: bpy.types.Object, frame: float) -> dict[str, np.ndarray]:
 
 
 def angle(one: np.ndarray, other: np.ndarray) -> float:
-    """Degrees between two rotations, which may be scaled."""
+    """The angle in degrees between two rotation matrices, which may be scaled."""
     one, other = (matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0) for matrix in (one, other))
     # The arc cosine of the trace loses half of the digits at small angles.
     return float(np.degrees(2 * np.arcsin(min(1.0, np.linalg.norm(one - other) / np.sqrt(8)))))
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Between the places of two matrices."""
+    """The distance between the positions of two matrices."""
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
 
 
 def sampled(count: int, most: int = 12) -> list[int]:
-    """Frames from the first to the last."""
+    """The frames from the first to the last."""
     return sorted({round(index) for index in np.linspace(0, count - 1, min(count, most))})
 
 
@@ -115,7 +115,7 @@ def call(name: str, **options: object) -> None:
 
 
 def curves(armature: bpy.types.Object) -> list[bpy.types.FCurve]:
-    """The f-curves of the action of an armature, by the interface of each version."""
+    """The f-curves of an armature's action, read through the interface of each Blender version."""
     action = armature.animation_data.action
     if hasattr(action, "layers"):
         slot = armature.animation_data.action_slot

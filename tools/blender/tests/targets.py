@@ -1,4 +1,4 @@
-"""Armatures that Blender itself makes or reads, with other rest poses, rolls, scales and axes."""
+"""Armatures that Blender itself makes or reads, with different rest poses, rolls, scales and axes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def activate(armature: bpy.types.Object) -> None:
 
 
 def rolled(armature: bpy.types.Object) -> None:
-    """Rolls each bone about itself, each by another angle."""
+    """Rolls each bone about itself, each by its own angle."""
     bpy.ops.object.mode_set(mode="EDIT")
     for number, bone in enumerate(armature.data.edit_bones):
         bone.roll += math.radians(37 * number % 360 - 180)
@@ -51,7 +51,7 @@ def rolled(armature: bpy.types.Object) -> None:
 
 
 def resting(turns: dict[str, tuple[float, float, float]]) -> Callable[[bpy.types.Object], None]:
-    """Turns bones about the axes of the armature, in degrees, and makes that the rest pose."""
+    """Turns bones about the axes of the armature, in degrees, and makes this pose the rest pose."""
 
     def change(armature: bpy.types.Object) -> None:
         for name, degrees in turns.items():
@@ -70,7 +70,7 @@ def resting(turns: dict[str, tuple[float, float, float]]) -> Callable[[bpy.types
 def placed(
     scale: float = 1.0, degrees: tuple[float, float, float] = (0, 0, 0), at: tuple[float, float, float] = (0, 0, 0)
 ):
-    """Puts the object elsewhere, larger and turned, with bones as much smaller, so that it is as large as before."""
+    """Moves, scales and turns the object, and shrinks its bones, so that the character keeps its size."""
 
     def change(armature: bpy.types.Object) -> None:
         armature.data.transform(Matrix.Scale(1 / scale, 4))
@@ -81,7 +81,7 @@ def placed(
 
 
 def laid(armature: bpy.types.Object) -> None:
-    """The bones along another axis of the armature, which the object turns back."""
+    """Turns the bones to another axis of the armature, and turns the object back."""
     turn = Matrix.Rotation(math.radians(90), 4, "X")
     armature.data.transform(turn)
     armature.matrix_world = armature.matrix_world @ turn.inverted()
@@ -98,7 +98,7 @@ def mode(name: str) -> Callable[[bpy.types.Object], None]:
 
 
 def loose(armature: bpy.types.Object) -> None:
-    """Bones that do not turn with their parents, or move in other axes, or do not take over a scale."""
+    """Bones that do not turn with their parents, move along other axes, or do not inherit a scale."""
     for number, bone in enumerate(armature.data.bones):
         bone.use_inherit_rotation = number % 3 != 0
         bone.use_local_location = number % 2 == 0
@@ -122,7 +122,7 @@ def posed_before(armature: bpy.types.Object) -> None:
         bone.location = (0.01, 0, 0.02)
 
 
-# Of the bones of human_cmu.gltf, which stands with its arms aslant: the same body in other poses.
+# Poses of human_cmu.gltf, whose arms point obliquely down at rest: the same body in other rest poses.
 ARMS_DOWN = {"LeftArm": (0, 35, 0), "RightArm": (0, -35, 0)}
 T_POSE = {"LeftArm": (0, -38, 0), "RightArm": (0, 38, 0)}
 BENT = {"LeftForeArm": (0, 0, 25), "RightForeArm": (0, 0, -25), "LeftLeg": (20, 0, 0), "RightLeg": (20, 0, 0)}

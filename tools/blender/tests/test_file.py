@@ -1,4 +1,4 @@
-"""The file of the extension: what Blender says of its manifest, its licences, and its version."""
+"""Tests the file of the extension: its manifest as Blender checks it, its licences, and its version."""
 
 from __future__ import annotations
 

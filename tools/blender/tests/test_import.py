@@ -1,4 +1,5 @@
-"""Import: bones are where the program writes the joints, along the limbs; frame rates; names of every kind."""
+"""Tests the import: bones lie along the limbs at the joints that the program writes; frame rates; names of every
+kind."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ def readable() -> list[Path]:
 
 
 def written(file: Path, folder: Path, *options: str) -> Path | None:
-    """What the program makes of a file, or None where it refuses it."""
+    """The program's output for a file, or None if the program refuses the file."""
     path = folder / "expected.glb"
     words = [os.environ["MOCAP"], "convert", file, "-o", path, "--mesh", "none", "--quiet", *options]
     return path if subprocess.run(words, capture_output=True).returncode == 0 else None
@@ -63,7 +64,7 @@ def test_joints_are_where_the_program_writes_them(file: Path, tmp_path: Path) ->
     for index in sampled(frames, 5):
         found = posed(armature, scene.frame_start + index)
         nodes = expected.pose(index / max(1, frames - 1) * expected.duration)
-        # Blender cuts long names and numbers equal ones; the order of both is that of the file.
+        # Blender shortens long names and numbers equal names; the order remains the file's.
         for bone, node in zip(depth_first(armature), expected.joints()):
             off = distance(found[bone], nodes[node])
             assert off <= 1e-4 * max(1.0, size), f"frame {index}, {bone}: {off} m off"
@@ -133,7 +134,7 @@ def test_unit_and_up_axis_can_be_stated() -> None:
     guessed = posed(bpy.context.object, 1)
     call("import_motion", filepath=file, unit="0.1", up="z")
     stated = posed(bpy.context.object, 1)
-    # CMU has 0.45 scaled inches, 0.0254 / 0.45 m, and +Y up: here is +Z up, so the file's (x, y, z) stays as it is.
+    # CMU's unit is 0.0254 / 0.45 m, with +Y up. This case states +Z up, so the file's (x, y, z) do not change.
     for name in ("LeftFoot", "Head"):
         x, y, z = guessed[name][:3, 3] * 0.45 / 0.0254 * 0.1
         assert stated[name][:3, 3] == pytest.approx([x, z, -y], abs=1e-4)

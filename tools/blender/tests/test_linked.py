@@ -1,4 +1,4 @@
-"""Armatures of other files: linked data, links, overrides, and collections that an empty instances."""
+"""Tests armatures of other files: linked data, links, overrides, and collections that an empty object instances."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOTION = FIXTURES / "real/cmu_short.bvh"
 
 @pytest.fixture
 def library(tmp_path: Path) -> tuple[Path, Written]:
-    """A file of Blender with a character in a collection, and what the program makes of that character."""
+    """A Blender file with a character in a collection, and the program's output for this character."""
     targets.read(FIXTURES / "characters/human_game_engine.glb").name = "Hero"
     mocap("retarget", MOTION, exported(tmp_path), "-o", tmp_path / "out.glb")
     collection = bpy.data.collections.new("Heroes")
@@ -95,7 +95,7 @@ def test_an_object_with_linked_bones(library: tuple[Path, Written]) -> None:
     collection = linked(file)
     bpy.context.scene.collection.children.link(collection)
     source = next(one for one in collection.objects if one.type == "ARMATURE")
-    # A local object, with the mesh, of an armature that stays in its file.
+    # A local object with the mesh; the armature data stays in its file.
     armature = source.copy()
     for thing in [one for one in collection.objects if one.type == "MESH"]:
         mesh = thing.copy()

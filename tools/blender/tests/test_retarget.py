@@ -1,4 +1,4 @@
-"""Retargeting in place: bones are where the program puts the nodes of the same character, exported by Blender."""
+"""Tests retargeting in place: bones are where the program puts the nodes of the same character, exported by Blender."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ APOSE = SKELETONS / "human_apose.gltf"
 TPOSE = SKELETONS / "human_vrm1.gltf"
 GAME = SKELETONS / "human_game_engine.gltf"
 
-# A motion, a character, and what is changed of it.
+# A motion, a character, and a change of the character.
 PAIRS: list[tuple[Path, Path, list[Callable[[bpy.types.Object], object]]]] = [
     (REAL / "cmu_short.bvh", CHARACTERS / "human_default.glb", []),
     (REAL / "cmu_12_01_walk.bvh", CHARACTERS / "human_game_engine.glb", []),
@@ -50,16 +50,16 @@ PAIRS: list[tuple[Path, Path, list[Callable[[bpy.types.Object], object]]]] = [
 
 
 def exported(folder: Path) -> Path:
-    """All that there is, by Blender's own exporter."""
+    """Exports the whole scene with Blender's own exporter."""
     path = folder / "target.glb"
     bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB", export_animations=False)
     return path
 
 
 def compare(armature: bpy.types.Object, written: Written, rate: float) -> None:
-    """Holds bones, as Blender evaluates them, against nodes."""
+    """Compares bones, as Blender evaluates them, with nodes."""
     first, last = armature.animation_data.action.frame_range
-    # 30.0003 frames a second are 30 in Blender.
+    # Blender rounds 30.0003 frames a second to 30.
     assert abs(written.duration * rate - (last - first)) < 1e-3 + 2e-5 * last
     for index in sampled(round(last - first) + 1):
         expected, found = written.pose(index / (last - first) * written.duration), posed(armature, first + index)
@@ -101,7 +101,7 @@ def test_the_action_of_another_armature_stays_in_its_frames(tmp_path: Path) -> N
     call("retarget_selected")
     action = armature.animation_data.action
     assert action.name.startswith("cmu_12_01_walk")
-    # The source begins with a T-pose, which is left out.
+    # The source begins with a T-pose, which is omitted.
     assert list(action.frame_range) == [first + 1, last]
 
     def limb(bones: dict[str, np.ndarray], upper: str, lower: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Clean, Foot Lock and Loop: the action becomes what the program makes of the file that the extension writes.
+"""Tests Clean, Foot Lock and Loop: the action becomes the program's output for the file that the extension writes.
 
 That file is compared with Blender's own export. The program does not get the export: a foot lock turns the micrometre
 by which the two files differ into 0.2 mm.
@@ -19,7 +19,7 @@ STEPS = {"clean": ("clean",), "foot_lock": ("edit", "--step", "foot-lock"), "loo
 
 
 def noisy(armature: bpy.types.Object) -> None:
-    """Spikes in some curves: what *Clean* has to remove."""
+    """Spikes in some curves, which *Clean* must remove."""
     for curve in curves(armature)[8:60:7]:
         for at in range(20, len(curve.keyframe_points), 45):
             curve.keyframe_points[at].co.y += 0.5
@@ -27,7 +27,7 @@ def noisy(armature: bpy.types.Object) -> None:
 
 
 def told(armature: bpy.types.Object, folder: Path) -> Path:
-    """The file that the extension gives to mocap, which is as Blender's own exporter writes the armature."""
+    """The file that the extension gives to mocap. It matches the armature in the file of Blender's own exporter."""
     from bl_ext.user_default.mocap import glb, operators, rig
 
     frames = operators.frames_of(armature.animation_data.action)

@@ -1,4 +1,4 @@
-"""One undo takes an operator back; an operator that fails changes nothing, and says in Blender what mocap says."""
+"""Tests that one undo reverts an operator, and that a failing operator changes nothing and reports mocap's message."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BROKEN = sorted(file for file in (FIXTURES / "broken").iterdir() if file.suffix 
 
 
 def state() -> dict[str, object]:
-    """What is in Blender: data-blocks, curves, poses, colours, the rate and the frames of the scene."""
+    """The state of Blender: data-blocks, curves, poses, colours, the rate and the frames of the scene."""
     scene = bpy.context.scene
     found: dict[str, object] = {
         "blocks": sorted(f"{type(one).__name__} {one.name_full} {one.users}" for one in bpy.data.user_map()),
@@ -100,7 +100,7 @@ def test_broken_files_fail_with_the_message_of_mocap(file: Path, name: str) -> N
     told = fails(name, filepath=str(file), **options)
     what = re.sub(r"^error(\[[\w-]+\])?: ", "", message)
     assert str(file) in told
-    # The message as the program has it begins with the place and the code.
+    # The program's message begins with the place and the code of the error.
     assert what.split("error[")[-1].split("; ")[0] in told
 
 
@@ -173,6 +173,6 @@ def test_limbs_are_coloured_by_their_angle() -> None:
     }
     arms, legs = ("upperarm", "lowerarm"), ("thigh", "calf")
     assert set(painted) == {f"{limb}_{side}" for limb in (*arms, *legs) for side in "lr"}
-    # The arms follow the source; the legs are up to 2 degrees off, because the feet are locked.
+    # The arms follow the source. The legs differ by up to 2 degrees, because the feet are locked.
     assert all(painted[f"{limb}_{side}"][1] > painted[f"{limb}_{side}"][0] for limb in arms for side in "lr")
     assert any(painted[f"{limb}_{side}"][0] > painted[f"{limb}_{side}"][1] for limb in legs for side in "lr")

@@ -1,4 +1,4 @@
-"""A motion on a robot, played in MuJoCo's viewer.
+"""Plays a motion on a robot in MuJoCo's viewer.
 
     python examples/mujoco_play.py walk.bvh g1.xml
 """

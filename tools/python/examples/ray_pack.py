@@ -1,8 +1,9 @@
-"""A folder of motion files to Parquet on a Ray cluster: a row for each clip, an error in the row of a broken file.
+"""Converts a folder of motion files to Parquet on a Ray cluster, with a row for each clip, or an error for a broken
+file.
 
     python examples/ray_pack.py DIR OUT
 
-`ray.init()` without an address starts a cluster on this machine; under `ray job submit` it joins the one that is there.
+`ray.init()` without an address starts a cluster on this machine; under `ray job submit` it joins the existing cluster.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ OPTIONS = mocap.Options(rot="6d", fps=30)
 
 
 def clips(batch: pa.Table) -> pa.Table:
-    """A batch of paths and bytes to a batch of clips: the same function on one machine and on many."""
+    """Converts a batch of paths and bytes to a batch of clips, on one machine or on many."""
     names = [Path(path).name for path in batch["path"].to_pylist()]
     return pa.table(mocap.table(zip(names, batch["bytes"].to_pylist()), "clips", OPTIONS))
 

@@ -1,4 +1,4 @@
-"""A folder of motion files on a robot, on a Ray cluster: a row for each clip, with its joints or with the error.
+"""Retargets a folder of motion files to a robot on a Ray cluster, with a row of joints or an error for each clip.
 
     python examples/ray_robot.py DIR g1.urdf OUT
 """
@@ -14,14 +14,14 @@ import ray
 
 import mocap
 
-# Stated, because a block of errors alone would have columns without a type, which no other file of the table has.
+# Stated types: a block with only errors would have columns without a type, unlike the other files of the table.
 SCHEMA = pa.schema(
     [("clip", pa.string()), ("error", pa.string()), ("verdict", pa.string()), ("qpos", pa.list_(pa.list_(pa.float64())))]
 )
 
 
 class OnRobot:
-    """Puts motions on a robot, which is read once for each worker."""
+    """Retargets motions to a robot, which each worker reads once."""
 
     def __init__(self, robot: str) -> None:
         self.robot = mocap.Robot(robot)
@@ -40,9 +40,10 @@ class OnRobot:
 
 
 def on_robot(folder: Path, robot: Path) -> ray.data.Dataset:
-    """The motions of all BVH files below `folder` on a robot."""
+    """The motions of all BVH files below `folder`, retargeted to a robot."""
     files = ray.data.read_binary_files(str(folder), include_paths=True, file_extensions=["bvh"])
-    # A worker keeps a core for itself, and reading and writing take one too: with a worker for each core, nothing is read.
+    # A worker occupies a core, and reading and writing need a core too. With a worker on every core, nothing would be
+    # read.
     workers = max(1, int(ray.cluster_resources()["CPU"]) - 1)
     arguments = [str(robot)]
     return files.map_batches(

@@ -2,8 +2,8 @@
 
     python examples/ray_survey.py DIR survey.jsonl
 
-Twins, the map and the choice need all clips at once; what is kept of a clip for them is 340 bytes a second. The output is what
-`mocap survey DIR -o survey.jsonl` writes, and `mocap survey survey.jsonl --html card.html` shows it.
+Near-duplicates, the map and the selection need all clips together; their record of a clip is 340 bytes per second. The
+output is what `mocap survey DIR -o survey.jsonl` writes, and `mocap survey survey.jsonl --html card.html` shows it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import mocap
 
 
 def lines(batch: pa.Table) -> pa.Table:
-    """A batch of paths and bytes to lines of a record, one for each clip."""
+    """Converts a batch of paths and bytes to record lines, one for each clip."""
     files = zip(batch["path"].to_pylist(), batch["bytes"].to_pylist())
     return pa.table({"line": pa.array(mocap.examine(files), pa.string())})
 

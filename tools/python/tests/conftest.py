@@ -1,4 +1,4 @@
-"""Where the files are."""
+"""The folders of the files."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from pathlib import Path
 
 import pytest
 
-# The record of outputs is none of the user's. The module asks for its folder once, when it is imported.
+# The tests keep their own record of outputs, apart from the user's record. The module reads the record's folder once,
+# at its import.
 STATE = tempfile.TemporaryDirectory()
 os.environ["XDG_STATE_HOME"] = STATE.name
 
 REPOSITORY = Path(__file__).parents[3]
 REAL = REPOSITORY / "fixtures" / "real"
 
-# Five dialects: a plain file, one whose root adds to its OFFSET, one with six channels a joint that move, one whose
-# joints turn in different orders, and one with NaN among the values.
+# Five dialects: a plain file; one whose root adds to its OFFSET; one with six moving channels per joint; one with
+# different rotation orders; and one with NaN among the values.
 DIALECTS = {
     "cmu_12_01_walk.bvh": False,
     "additive_root_walk.bvh": True,

@@ -1,6 +1,7 @@
-"""Forward kinematics of a plain BVH file in double precision, straight from its text.
+"""Forward kinematics of a plain BVH file in double precision, directly from its text.
 
-The tests hold the package against this. It shares nothing with it: a reader by lines, 3x3 matrices, no quaternions.
+The tests compare the package with this script. The two share no code: this script reads lines and uses 3x3 matrices,
+without quaternions.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def read(path: Path) -> tuple[list[Joint], np.ndarray]:
             above.pop()
     frames = int(lines[motion + 1].split(":")[1])
     rows = np.array([line.split() for line in lines[motion + 3 : motion + 3 + frames]], dtype=float)
-    # A NaN holds the last value of its column; in the first row it is zero.
+    # A NaN repeats the last value of its column; in the first row it becomes 0.
     for frame, row in enumerate(rows):
         lost = ~np.isfinite(row)
         row[lost] = rows[frame - 1][lost] if frame else 0.0
@@ -59,7 +60,8 @@ def turn(axis: int, degrees: np.ndarray) -> np.ndarray:
 
 
 def positions(path: Path, root_adds: bool = False) -> np.ndarray:
-    """World positions, frames x joints x 3. A position channel replaces the OFFSET, or a root's adds to it."""
+    """World positions, frames x joints x 3. A position channel replaces the OFFSET, or, for some roots, is added to
+    it."""
     joints, rows = read(path)
     places = np.zeros((len(rows), len(joints), 3))
     turns = np.zeros((len(rows), len(joints), 3, 3))

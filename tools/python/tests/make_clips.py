@@ -1,4 +1,4 @@
-"""Made-up motion files: a short chain whose joints turn as a seed says."""
+"""Makes invented motion files: a short chain whose joints turn by a seed."""
 
 from __future__ import annotations
 

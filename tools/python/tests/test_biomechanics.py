@@ -1,4 +1,4 @@
-"""Joint angles and gait, beside angles that NumPy computes from positions."""
+"""Compares joint angles and gait with angles that NumPy computes from positions."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_what_is_no_walk_is_an_error():
 def test_forces_and_events_of_a_laboratory() -> None:
     scene = mocap.read(REAL / "py_c3d_motion.c3d")
     forces = scene.ground_forces()
-    # What ezc3d finds at the same sample, less the mean of the frames that FORCE_PLATFORM:ZERO names.
+    # The values of ezc3d at the same sample, minus the mean of the frames that FORCE_PLATFORM:ZERO names.
     assert forces["ground_force_1_vy"][1244] == pytest.approx(817.35, abs=0.01)
     assert scene.analog()["FX1"][0] == pytest.approx(-26.66)
     recorded = scene.recorded

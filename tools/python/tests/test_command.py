@@ -1,4 +1,4 @@
-"""The commands of the wheel: as a person types them, in a process of their own."""
+"""Tests the commands of the wheel as a person types them, each in its own process."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_a_reader_that_closes_its_pipe_is_no_error(walk: Path) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of Unix")
 def test_an_interrupt_ends_the_command_at_once(tmp_path: Path) -> None:
-    # It waits for standard input for ever, in native code.
+    # The command waits forever for standard input, in native code.
     with subprocess.Popen([*HOW["mocap"], "convert", "-", tmp_path / "a.glb"], stdin=subprocess.PIPE) as child:
         time.sleep(1.5)
         assert child.poll() is None
@@ -91,7 +91,7 @@ def test_an_interrupt_ends_the_command_at_once(tmp_path: Path) -> None:
 
 
 def test_the_server_for_agents_starts_its_calls_again(walk: Path, tmp_path: Path) -> None:
-    # A module of this name in the current folder is none of ours.
+    # A module of this name in the current folder does not belong to the package.
     (tmp_path / "mocap.py").write_text("raise SystemExit('the wrong module')")
     (tmp_path / "walk.bvh").write_bytes(walk.read_bytes())
     about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "test", "version": "1"}}

@@ -1,4 +1,4 @@
-"""Datasets: what the library ``datasets`` reads of what ``mocap pack --to hf`` and ``mocap.write_dataset`` write."""
+"""Reads the datasets of ``mocap pack --to hf`` and ``mocap.write_dataset`` with the library ``datasets``."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def load(folder: Path, cache: Path) -> Any:
 
 
 def assert_whole(found: Any) -> None:
-    """The rows are what NumPy arrays of the files are, in metres with +Y up."""
+    """The rows equal the NumPy arrays of the files, in metres with +Y up."""
     assert sorted(found["clip"]) == sorted(f"{at % 2}/{name}" for at, name in enumerate(NAMES))
     for row in found.with_format("numpy"):
         motion = mocap.read(REAL / Path(row["clip"]).name).to_numpy(out_unit="m", out_up="y")
@@ -73,7 +73,7 @@ def test_the_card_is_read_as_one(program: Path, clips: Path, tmp_path: Path) -> 
     assert r"[licenses/1/LICENSE.txt](<licenses/1/LICENSE.txt>)" in card.text
     assert (tmp_path / "out/licenses/1/LICENSE.txt").read_text() == "Free for all uses."
     assert "| broken.bvh |" in card.text
-    # Each column stands in the table, with its unit.
+    # The table has each column with its unit.
     for name in features:
         assert f"| `{name}` |" in card.text
     assert "| `velocities` | list of 3 x float32 | m | per second" in card.text
@@ -106,7 +106,7 @@ def test_a_folder_with_files_stays_as_it_is(program: Path, clips: Path, tmp_path
     done = subprocess.run([program, "pack", clips, "-o", folder, "--to", "hf", "--force"], check=False)
     assert done.returncode == 2
     assert [path.name for path in folder.iterdir()] == ["notes.txt"]
-    # Nothing stays beside it.
+    # No other file remains in the folder.
     assert sorted(path.name for path in tmp_path.iterdir()) == ["clips", "mine"]
 
 

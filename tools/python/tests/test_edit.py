@@ -1,4 +1,4 @@
-"""The steps of `mocap edit`, against the program and against what they promise."""
+"""Compares the steps of `mocap edit` with the program and with their descriptions."""
 
 from __future__ import annotations
 

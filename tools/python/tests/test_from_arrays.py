@@ -77,7 +77,7 @@ def test_a_body_comes_back_from_smpl(tmp_path):
     np.savez(tmp_path / "take.npz", **arrays)
     back = mocap.read(tmp_path / "take.npz")
     assert [node.name for node in back.nodes][0] == "pelvis" and back.frames == 75
-    # The pelvis is where the translation and the joints at rest say.
+    # The position of the pelvis follows from the translation and the rest joints.
     assert np.abs(back.pose(0)[0, :3, 3] - (arrays["transl"][0] + arrays["rest_joints"][0])).max() < 1e-5
     assert scene.to_smpl("humanml3d")["vectors"].shape[1] == 263
     with pytest.raises(mocap.MocapError, match="layout must be 'smplx', 'amass', 'kimodo', 'soma', 'mhr' or 'humanml3d', got 'mocap'"):

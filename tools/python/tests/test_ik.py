@@ -1,4 +1,4 @@
-"""Inverse kinematics in Python, against lengths, goals and matrices."""
+"""Checks inverse kinematics in Python by lengths, goals and matrices."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_limb_of_a_scene_reaches_its_goal(walk: Path) -> None:
     assert found.distance < 1e-4
     np.testing.assert_allclose(found.matrices[hand, :3, 3], goal, atol=1e-4)
     np.testing.assert_allclose(found.matrices[hand, :3, :3], np.eye(3), atol=1e-4)
-    # What is not below the shoulder stays.
+    # Nodes that are not below the shoulder do not move.
     below = {index for index in range(len(names)) if names.index("LeftArm") in ancestors(scene, index)}
     for index in set(range(len(names))) - below:
         np.testing.assert_array_equal(found.matrices[index], before[index])

@@ -1,4 +1,4 @@
-"""The cells of docs/arrays-in-python.md, and what they print."""
+"""Runs the cells of docs/arrays-in-python.md, and compares their output."""
 
 import doctest
 import os

@@ -1,4 +1,5 @@
-"""`mocap pack`: the same rows by one thread and two, by shards, after a resumed run, and by the package itself."""
+"""Tests that `mocap pack` gives the same rows on one thread and on two, in shards, after a resumed run, and from
+Python."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def clips(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def packed(program: Path, clips: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Packed by one thread into files of a megabyte at most, more or less."""
+    """Packed by one thread into files of about a megabyte at most."""
     output = tmp_path_factory.mktemp("packed")
     assert pack(program, clips, output, "--threads", "1", "--part-size", "1") == 3
     return output
@@ -87,7 +88,7 @@ def test_the_package_gives_the_same_rows(clips: Path, packed: Path) -> None:
     files = [(path.name, path.read_bytes()) for path in sorted(clips.iterdir())]
     found = rows(packed)
     expected = pa.table(mocap.table(files))
-    # Errors name the file as they were given it.
+    # Errors name the file by the given path.
     assert found.drop_columns("error").equals(expected.drop_columns("error"))
     errors = [row for row in found.select(["clip", "error"]).to_pylist() if row["error"]]
     assert [row["clip"] for row in errors] == ["clip_00007.bvh"] and "unexpected-end" in errors[0]["error"]
@@ -110,7 +111,7 @@ def test_a_run_goes_on_where_the_last_one_stopped(program: Path, tmp_path: Path)
     before = {part.name: part.stat().st_mtime_ns for part in output.glob("*.parquet")}
     assert pack(program, folder, output, "--resume") == 0
     assert before == {part.name: part.stat().st_mtime_ns for part in output.glob("*.parquet")}
-    # One file changes, one goes, one comes: no row is old, twice or missing.
+    # One file changes, one disappears, and one is added: no row is outdated, repeated or missing.
     paths[3].write_bytes(paths[4].read_bytes())
     paths[5].unlink()
     shutil.copy(REAL / "lecture_Test.bvh", folder)

@@ -1,4 +1,4 @@
-"""What the package promises beyond numbers."""
+"""Tests the package beyond its numbers."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def test_every_function_takes_a_path_or_a_scene(walk: Path, tmp_path: Path) -> N
     for function in same:
         assert function(walk) == function(scene)
     prepared = edit.prepare(scene)
-    # A step has a file as `mocap edit` has it: prepared.
+    # A step prepares a file, as `mocap edit` does.
     assert edit.mirror(walk).report == edit.mirror(str(walk)).report == edit.mirror(prepared).report
     assert edit.concat(walk, walk).report == edit.concat(prepared, prepared).report
     assert edit.apply_all(walk, ["mirror", "concat"], [walk])[1] == edit.apply_all(prepared, ["mirror", "concat"], [prepared])[1]
@@ -246,7 +246,7 @@ def test_results_print_as_lines_and_tables(walk: Path) -> None:
 
 def test_functions_by_hand_have_every_option_of_a_job() -> None:
     schema = json.loads((REAL.parents[1] / "src" / "job" / "job.schema.json").read_text(encoding="utf-8"))["$defs"]
-    # What belongs to files and to the program, and what Python has under another name or not at all.
+    # Options of files and of the program, and options that Python names differently or lacks.
     for function, record, names, others in [
         (mocap.Robot.retarget, "RobotTarget", {}, {"file", "names_of_clips", "require", "scale"}),
         (mocap.retarget, "SkeletonTarget", {"map": "target_bones"}, {"file", "max_angle", "names_of_clips"}),
@@ -358,7 +358,7 @@ def test_convert(walk: Path, tmp_path: Path) -> None:
     size = mocap.convert(walk, output)
     assert output.stat().st_size == size
     back = mocap.read(output)
-    # Metres: the walk's figure is as tall as a person.
+    # The unit is the metre, because the walk's figure is as tall as a person.
     height = np.ptp(back.to_numpy().positions[0], axis=0).max()
     assert 1.2 < height < 2.1
     with pytest.raises(mocap.MocapError) as caught:

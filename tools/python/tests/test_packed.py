@@ -1,4 +1,4 @@
-"""Packed clips in Python, against the scene that they were made from."""
+"""Compares packed clips in Python with their original scene."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_poses_are_those_of_the_scene_within_the_error(walk: Path) -> None:
     assert (clip.frames, clip.ticks_per_second) == (scene.frames, scene.frame_rate) and 0.0005 < clip.max_error <= 0.001
     for tick in range(0, scene.frames, 37):
         error = np.linalg.norm(clip.pose(tick)[:, :3, 3] - scene.pose(tick)[:, :3, 3], axis=1).max()
-        assert error <= 0.001  # as it was asked for, and at no frame more than it says
+        assert error <= 0.001  # as requested, and no frame exceeds the stated error
         assert error <= clip.max_error + 1e-6
     local, world = clip.pose(30.5, space="local"), clip.pose(30.5)
     chained: list[np.ndarray] = []

@@ -1,4 +1,4 @@
-"""World positions by every way out, against the independent kinematics."""
+"""Compares world positions of every kind of output with independent kinematics."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kinematics import height, positions
 import mocap
 
 TOLERANCE = 1e-5
-"""As a share of the skeleton's height."""
+"""The largest difference as a fraction of the skeleton's height."""
 
 
 def assert_close(found: np.ndarray, dialect: tuple[Path, bool]) -> None:

@@ -1,4 +1,4 @@
-"""The example on a cluster of two workers gives the rows that one process gives."""
+"""The example on a cluster of two workers gives the rows of a single process."""
 
 from __future__ import annotations
 

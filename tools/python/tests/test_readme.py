@@ -1,4 +1,4 @@
-"""The lines of the README, pasted into a file and run where the files are that they speak of."""
+"""Runs the lines of the README in a folder with the files that they name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
 def block(word: str) -> str:
-    """The one block of Python with this word."""
+    """The only Python block with this word."""
     (found,) = [block for block in BLOCKS if word in block]
     return found
 
@@ -31,7 +31,7 @@ def block(word: str) -> str:
 def run(code: str, folder: Path) -> str:
     script = folder / "pasted.py"
     script.write_text(code, encoding="utf-8")
-    # Workers take the same Python.
+    # Workers use the same Python.
     environment = os.environ | {"PYSPARK_PYTHON": sys.executable}
     command = [sys.executable, script.name]
     done = subprocess.run(command, cwd=folder, env=environment, check=False, capture_output=True, text=True)
@@ -40,7 +40,7 @@ def run(code: str, folder: Path) -> str:
 
 
 def assert_packed(folder: Path, paths: list[Path], name_of: str) -> None:
-    """The rows that lie in `out/` are those of one process: 2,000 clips, one of them an error."""
+    """The rows in `out/` equal the rows of a single process: 2,000 clips, one of them an error."""
     names = [name_of.format(path.name) for path in paths]
     files = [(name, path.read_bytes()) for name, path in zip(names, paths)]
     expected = pa.table(mocap.table(files, "clips", mocap.Options(rot="6d", fps=30)))
@@ -92,7 +92,7 @@ def test_lines_of_steps(tmp_path: Path) -> None:
 def test_lines_of_a_character(tmp_path: Path) -> None:
     shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
     shutil.copy(REPOSITORY / "fixtures" / "skeletons" / "human_vrm1.gltf", tmp_path / "hero.gltf")
-    assert run(block("add_motions"), tmp_path) == "good 523\n"  # of 524, the first being a rest pose
+    assert run(block("add_motions"), tmp_path) == "good 523\n"  # of 524 frames, because the first is a rest pose
     assert b'"walk"' in (tmp_path / "moving.gltf").read_bytes()
 
 

@@ -1,4 +1,5 @@
-"""No file that may be somebody's is replaced unasked, and none is written under a name without a known format."""
+"""The package does not replace a file that may be a source unless asked, and writes no file without a known
+extension."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ def test_an_output_is_replaced_unless_it_has_changed(name: str, walk: Path, tmp_
         target = tmp_path / f"{name}.{extension}"
         write(target)  # type: ignore[operator]
         made, written = target.read_bytes(), target.stat().st_mtime_ns
-        # Without a mark of mocap, it is no output of another motion.
+        # Without a mark of mocap, the file is no output of another motion.
         if extension not in ("glb", "fbx"):
             with pytest.raises(mocap.MocapError, match="did not write from these inputs"):
                 writers(other)["edit.write"](target)  # type: ignore[operator]

@@ -1,4 +1,4 @@
-"""``rerun-importer-mocap``: what rerun-sdk reads of its recordings, and what the viewer makes of a file."""
+"""Reads the recordings of ``rerun-importer-mocap`` with rerun-sdk, and opens a file in the viewer."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ IMPORTER = PROGRAMS / "rerun-importer-mocap"
 
 
 def recorded(path: Path) -> dict[str, dict[str, list[Any]]]:
-    """The columns of each entity: of rows with times first to last, then of static rows."""
+    """The columns of each entity: first of the rows with times, then of the static rows."""
     from rerun.chunk import RrdReader
 
     found: dict[str, dict[str, list[Any]]] = defaultdict(lambda: defaultdict(list))
@@ -69,7 +69,7 @@ def test_a_walk_has_its_joints_curves_contacts_and_times(walk: Path, tmp_path: P
     foot = motion.names.index("LeftToeBase")
     contacts = in_order(found["/takes/walk/contacts/LeftToeBase"], "Scalars:scalars")
     np.testing.assert_array_equal(contacts[:, 0].astype(bool), motion.contacts[:, foot])
-    # Metres, and +Y up, where the file states neither.
+    # Metres with +Y up, because the file states neither unit nor axis.
     assert found["/takes/walk"]["Transform3D:scale"] == [[[pytest.approx(0.0564, rel=0.1)] * 3]]
 
 
@@ -86,7 +86,7 @@ def test_a_skin_is_deformed_as_its_bones_move(tmp_path: Path) -> None:
         vertices = in_order(found[entity], "Mesh3D:vertex_positions")
         assert len(vertices) == scene.frames
         assert max(map(max, found[entity]["Mesh3D:triangle_indices"][0])) < vertices.shape[1]
-        # The skin goes with the skeleton: about half of its height away at most, in every frame.
+        # The skin follows the skeleton: in every frame, it is at most about half the skeleton's height away.
         height = np.ptp(positions[0, :, 1])
         assert np.abs(vertices.mean(axis=1) - positions.mean(axis=1)).max() < height / 2
         assert np.ptp(vertices[:, 0], axis=0).max() > height / 2, "the walk goes somewhere"

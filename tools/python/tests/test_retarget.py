@@ -1,4 +1,4 @@
-"""Motions on other skeletons, against the program and by the directions of limbs."""
+"""Compares motions on other skeletons with the program, and by the directions of limbs."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_a_vrm_animation_is_written_and_read(walk: Path, tmp_path: Path) -> None
     moved, reports = mocap.retarget(scene, mocap.read(SKELETONS / "human_vrm1.gltf"))
     assert reports[0]["verdict"] == "good"
     edit.write(moved, tmp_path / "again.vrma")
-    # The first frame, a rest pose, is left out, as of the walk itself.
+    # The first frame, a rest pose, is omitted, as in the walk itself.
     assert mocap.read(tmp_path / "again.vrma").frames == scene.frames - 1
 
 

@@ -1,4 +1,4 @@
-"""Motions on robots: arrays that are those of the program, within the limits of the robot's file."""
+"""Tests motions on robots: the arrays equal the program's, and stay within the limits of the robot's file."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_slow_robot_gets_a_slower_motion(tmp_path: Path) -> None:
     assert min(limits) > 1.5
     walk = FIXTURES / "real" / "cmu_12_01_walk.bvh"
     motion = mocap.Robot(slow).retarget(walk, fps=30, time_scale="auto")
-    # But for the rounding of the product.
+    # Equal except for the rounding of the product.
     assert np.abs(np.diff(motion.dof_pos, axis=0)).max() * 30 <= 1.5 * (1 + 1e-9)
     scale = motion.report["time_scale"]
     assert 0.1 < scale < 0.9 and motion.report["slowed_by"] in motion.dof_names

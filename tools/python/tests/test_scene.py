@@ -1,4 +1,4 @@
-"""Scenes that travel, faces, bones, and what a notebook shows."""
+"""Tests scenes that move between processes, faces, bones, and the output of notebooks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_scene_is_pickled_bit_by_bit(file: str) -> None:
     assert found.positions.tobytes() == expected.positions.tobytes()
     assert found.rotations.tobytes() == expected.rotations.tobytes()
     assert back.frame_rate == scene.frame_rate
-    # What is made of it is equal, too.
+    # The results from the copy are equal, too.
     assert mocap.edit.mirror(back).report == mocap.edit.mirror(scene).report if scene.bones else True
 
 

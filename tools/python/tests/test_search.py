@@ -1,4 +1,4 @@
-"""`mocap.index` and `mocap.Database`: what the program finds, and features that NumPy computes."""
+"""Compares `mocap.index` and `mocap.Database` with the program's results, and with features that NumPy computes."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ def test_features_are_those_of_the_joints() -> None:
     assert (clip["first"], clip["mirrored"], mirrored["first"], mirrored["mirrored"]) == (0, False, clip["frames"], True)
     features = database.features[: clip["frames"]]
     assert features.shape == (clip["frames"], 27) and database.contacts.shape == (2 * clip["frames"],)
-    # A walk of 1.2 m/s: in a third, two thirds and a whole second it is before itself.
+    # A walk of 1.2 m/s: the positions after a third, two thirds and a whole second are ahead of the present position.
     ahead = features[:-60, [16, 18, 20]].mean(0)
     assert np.all(np.diff([0.0, *ahead]) > 0.2)
-    # The mirror image has its left foot where the right one was.
+    # The mirror image has its left foot at the mirrored position of the right foot.
     other = database.features[clip["frames"] :]
     assert np.array_equal(other[:, 1], features[:, 4]) and np.array_equal(other[:, 0], -features[:, 3])

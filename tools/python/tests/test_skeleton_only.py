@@ -1,4 +1,4 @@
-"""Files with meshes, and their skeletons alone."""
+"""Tests files with meshes, and their skeletons without meshes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_skeleton_is_written_alone(tmp_path: Path) -> None:
     mocap.convert(CHARACTER, tmp_path / "whole.glb")
     mocap.convert(CHARACTER, tmp_path / "alone.glb", skeleton_only=True)
     assert "SkeletonMesh" not in meshes(tmp_path / "whole.glb")
-    # As the program does: what shows the skeleton is no mesh of the file.
+    # As in the program, the mesh that shows the skeleton is no mesh of the file.
     assert meshes(tmp_path / "alone.glb") == ["SkeletonMesh"]
     scene = mocap.edit.prepare(mocap.read(CHARACTER))
     mocap.edit.write(scene, tmp_path / "written.glb", skeleton_only=True)

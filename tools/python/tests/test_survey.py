@@ -1,4 +1,4 @@
-"""`mocap.survey`: the rows of the program, by files, by records, and as data frames read them."""
+"""Compares the rows of `mocap.survey` with the program's: from files, from records, and in data frames."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FILES = ["cmu_12_01_walk.bvh", "cmu_short.bvh", "rokoko_dance.bvh", "brackets_in
 
 
 def block(language: str) -> str:
-    """The one block of docs/survey.md in this language."""
+    """The only block of docs/survey.md in this language."""
     (found,) = re.findall(rf"```{language}\n(.*?)```", DOCS, re.DOTALL)
     return found.strip()
 
@@ -55,7 +55,7 @@ def test_records_of_bytes_give_the_rows_of_files(takes: Path) -> None:
     merged = mocap.survey(records=[line for part in reversed(parts) for line in part])
     alone = mocap.survey(paths).rows
 
-    # Without a path before it, what is wrong with a file is said of its name.
+    # Without a path, the message about a file gives its name.
     def unsaid(rows: list[dict[str, object]]) -> list[dict[str, object]]:
         return [{**row, "error": bool(row["error"])} for row in rows]
 

@@ -1,4 +1,4 @@
-"""What a checker of types finds in a program."""
+"""Tests the errors that a type checker finds in a program."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def test_mypy_finds_the_nine_mistakes_and_no_other(tmp_path: Path) -> None:
     lines = MISTAKES.read_text(encoding="utf-8").splitlines()
     wrong = [number for number, line in enumerate(lines, 1) if "  # wrong: " in line]
     assert len(wrong) == 9
-    # Elsewhere, so that the package is the one that a user has.
+    # Runs in another folder, so that the checker uses the installed package.
     (tmp_path / "mistakes.py").write_text("\n".join(lines) + "\n", encoding="utf-8")
     command = [sys.executable, "-m", "mypy", "--strict", "mistakes.py"]
     done = subprocess.run(command, cwd=tmp_path, check=False, capture_output=True, text=True)

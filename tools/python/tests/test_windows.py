@@ -1,4 +1,4 @@
-"""Windows of motions for training, in NumPy, and as tensors where PyTorch is installed."""
+"""Tests windows of motions for training in NumPy, and as tensors if PyTorch is installed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_windows_lie_where_they_should() -> None:
     options = dict(features=("positions",), options=mocap.Options(), normalize=False)
     assert firsts(Windows(clips, 4, **options)) == [(0, 0, 4), (0, 4, 4), (0, 8, 2), (1, 0, 3)]
     assert firsts(Windows(clips, 4, padding="drop", **options)) == [(0, 0, 4), (0, 4, 4)]
-    # Every frame is in a window, and none after the first that reaches the end.
+    # Every frame is in a window, and no window follows the first window that reaches the end.
     assert firsts(Windows(clips, 4, stride=3, **options)) == [(0, 0, 4), (0, 3, 4), (0, 6, 4), (1, 0, 3)]
     assert firsts(Windows(clips, 4, stride=3, padding="drop", **options)) == [(0, 0, 4), (0, 3, 4), (0, 6, 4)]
     edge, zero = (Windows(clips, 4, padding=padding, **options).arrays(2) for padding in ("edge", "zero"))
@@ -68,7 +68,7 @@ def test_statistics_are_those_of_all_frames_once(tmp_path: Path) -> None:
     features = ("positions", "contacts")
     windows = Windows([WALK, SHORT], 32, stride=5, features=features, options=mocap.Options(fps=30))
     wanted = [mocap.read(path).to_numpy(fps=30).positions.reshape(-1, 38 * 3) for path in (WALK, SHORT)]
-    # Not of windows, which overlap and are padded.
+    # The statistics come from frames, not from windows, which overlap and are padded.
     frames = np.concatenate(wanted).astype(np.float64)
     positions = windows.columns["positions"]
     np.testing.assert_allclose(windows.statistics.mean[positions], frames.mean(axis=0), rtol=1e-5, atol=1e-5)
@@ -80,7 +80,7 @@ def test_statistics_are_those_of_all_frames_once(tmp_path: Path) -> None:
     np.testing.assert_allclose(windows.restored(window)[:, positions], frames[15:47], atol=2e-3)
     assert set(np.unique(window[:, windows.columns["contacts"]])) <= {0.0, 1.0}
     assert np.isfinite(window).all()
-    # A file is written once, and read from then on.
+    # A cache file is written once, and later only read.
     kept = tmp_path / "statistics.npz"
     first = Windows(WALK, 32, statistics=kept)
     stamp = kept.stat().st_mtime_ns
@@ -125,7 +125,7 @@ def test_a_cache_reads_a_file_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     for windows in (first, second, pickle.loads(pickle.dumps(second))):
         np.testing.assert_array_equal(windows.arrays(1)["features"], plain.arrays(1)["features"])
         np.testing.assert_array_equal(windows.statistics.std, plain.statistics.std)
-    # Other options and another file are other arrays.
+    # Other options or another file give other arrays.
     assert Windows(file, 16, cache=cache, options=mocap.Options(fps=30)).statistics.frames < plain.statistics.frames
     file.write_bytes(WALK.read_bytes())
     assert Windows(file, 16, cache=cache).statistics.frames == mocap.read(WALK).frames
@@ -200,7 +200,7 @@ def test_a_loader_of_pytorch_takes_windows() -> None:
 
 def test_a_window_is_tensors_of_its_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
     class Torch:
-        """What is asked of PyTorch."""
+        """Tests the use of PyTorch."""
 
         @staticmethod
         def from_numpy(array: np.ndarray) -> tuple[str, np.ndarray]:

@@ -138,7 +138,7 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 def takes_fields(method: Method) -> Method:
-    """The method, whose help names the fields that its last parameter stands for, and which checks its arguments."""
+    """Adds the fields behind the last parameter to the method's help, and a check of its arguments."""
     own = inspect.signature(method)
     check = checker(method)
     named = [parameter for parameter in own.parameters.values() if parameter.kind is not parameter.VAR_KEYWORD]

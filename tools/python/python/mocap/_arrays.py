@@ -16,10 +16,10 @@ from ._job_options import ReadOptions
 from ._scene import Scene
 
 
-# The arrays that are read of a frame of SAM 3D Body; its vertices are large.
+# The used arrays of a SAM 3D Body frame; the vertices are large and not used.
 _OF_BODIES = ("pred_joint_coords", "pred_global_rots", "joint_global_rots", "pred_cam_t", "pred_keypoints_3d")
 
-# The arrays of a frame: of its only person, of each of its persons, or of nobody.
+# The arrays of a frame: for one person, for each of several persons, or for no person.
 _Frame = Mapping[str, object] | Sequence[Mapping[str, object]] | None
 
 
@@ -87,7 +87,7 @@ def _stacked(
 
 
 def _rows(frames: Sequence[Sequence[Mapping[str, object]]], name: str, most: int) -> np.ndarray:
-    """The arrays of this name: of frames, and of `most` persons where there are several."""
+    """The arrays of this name for the frames, and for `most` persons if there are several."""
     shape = next(np.asarray(person[name]).shape for frame in frames for person in frame)
     rows = np.full((len(frames), most, *shape), np.nan)
     for index, frame in enumerate(frames):
@@ -158,7 +158,7 @@ def _npz(
 
 def _saved(arrays: Mapping[str, np.ndarray]) -> bytes:
     out = io.BytesIO()
-    # Its stubs take the names of arrays for its own options.
+    # The stubs of this function mistake the names of arrays for its own options.
     save: Callable[..., None] = np.savez
     save(out, **arrays)
     return out.getvalue()

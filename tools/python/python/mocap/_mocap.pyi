@@ -1,4 +1,4 @@
-"""The native half. Use the package `mocap` instead, which documents what is here."""
+"""The native module. Use the package `mocap` instead, which documents these functions."""
 
 import os
 from typing import Any, NoReturn, final

@@ -15,11 +15,12 @@ from ._words import Unit as Unit
 
 StrPath = str | os.PathLike[str]
 Bones = Mapping[str, str | Mapping[str, str] | None]
-"""The names of joints for bones, as ``{"leftFoot": "ankle_L"}``; ``None`` for a bone that there is not."""
+"""The names of joints for bones, as ``{"leftFoot": "ankle_L"}``; ``None`` for an absent bone."""
 Weights = Mapping[str, Mapping[str, float]]
 """Weights of solvers by solver, as ``{"robot": {"hand": 1.0}}``: ``robot``, ``foot_lock``, ``clean``, ``markers``."""
 TimeRange = str | tuple[float | None, float | None]
-"""A part of a motion: ``(1, 2.5)`` in seconds, either may be ``None``; or as the program takes it, ``"30f..75f"`` in frames."""
+"""A part of a motion: ``(1, 2.5)`` in seconds, either may be ``None``; or in the program's form, ``"30f..75f"`` in
+frames."""
 
 
 def part(*options: tuple[str, object]) -> dict[str, Any]:

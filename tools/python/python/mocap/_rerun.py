@@ -1,4 +1,4 @@
-"""``rerun-importer-mocap``: the motion of a file as a recording of rerun.
+"""``rerun-importer-mocap``: converts the motion of a file to a recording of rerun.
 
 The viewer of rerun starts every executable called ``rerun-importer-NAME`` with the path of a file, and reads a
 recording from its standard output: https://rerun.io/docs/concepts/logging-and-ingestion/importers/overview
@@ -23,13 +23,13 @@ from ._files import read
 from ._job_options import ReadOptions
 from ._scene import Motion, Scene
 
-# Tells the viewer that the file is one for other importers: EXTERNAL_IMPORTER_INCOMPATIBLE_EXIT_CODE of rerun.
+# Tells the viewer to use another importer: EXTERNAL_IMPORTER_INCOMPATIBLE_EXIT_CODE of rerun.
 _NOT_MINE = 66
 # Most files with these extensions are no motions.
 _ARRAYS = ("npz", "npy", "pt", "pth", "pkl", "pickle", "parquet", "csv")
-# Of the vertices of a skin over time: above it, only some of the frames have the skin.
+# The largest number of skin vertices over time; above this, only some frames have the skin.
 _MOST_BYTES = 256 << 20
-# Frames whose vertices are sent together.
+# The number of frames whose vertices are sent together.
 _FRAMES = 64
 _JOINT = (230, 230, 230)
 _IN_CONTACT = (80, 200, 90)
@@ -38,14 +38,14 @@ _AXES = {"y": "RIGHT_HAND_Y_UP", "z": "RIGHT_HAND_Z_UP", "-y": "RIGHT_HAND_Y_DOW
 
 
 def main() -> int:
-    """Does what the viewer asks; the exit code tells whether the file is a motion."""
+    """Answers the viewer's request; the exit code says whether the file is a motion."""
     parser = argparse.ArgumentParser(prog="rerun-importer-mocap", description="Motion capture for the viewer of rerun.")
     parser.add_argument("path", help="the file")
     parser.add_argument("--application-id", help="the application of the recording")
     parser.add_argument("--recording-id", help="the recording")
     parser.add_argument("--entity-path-prefix", help="the entity below which the motion is written")
     parser.add_argument("--static", action="store_true", help="write the first frame only, without times")
-    # The viewer passes what is open and when it was opened, too.
+    # The viewer also passes the open recording and the time of its opening.
     args, _ = parser.parse_known_args()
     extension = Path(args.path).suffix.lower().lstrip(".")
     # A character may have a motion too.
@@ -58,7 +58,7 @@ def main() -> int:
             return _NOT_MINE
         print(error, file=sys.stderr)
         return 1
-    # Characters without a motion are for the viewer's own importer.
+    # The viewer's own importer reads characters without a motion.
     if scene.frames == 0:
         return _NOT_MINE
     try:
@@ -75,7 +75,7 @@ def main() -> int:
 
 
 def _views(rerun: Any, root: str) -> Any:
-    """What the viewer shows at first: the figure, and beside it the contacts and the curves."""
+    """The first view of the viewer: the figure, and beside it the contacts and the curves."""
     views = rerun.blueprint
     figure = views.Spatial3DView(origin=root, name="figure")
     names = ("contacts", "positions", "rotations")
@@ -112,7 +112,7 @@ class _Logger:
             self._curves(motion, contacts)
 
     def _contacts(self) -> NDArray[np.bool_] | None:
-        """Which joints are in contact with the ground, frame by frame; ``None`` where there are no feet."""
+        """The joints in contact with the ground, frame by frame; ``None`` if there are no feet."""
         try:
             return self.scene.to_numpy(Options(contacts=True)).contacts
         except MocapError:
@@ -125,7 +125,7 @@ class _Logger:
         if contacts is not None:
             colours[contacts[: self.frames]] = _IN_CONTACT
         joints, links = f"{self.root}/joints", f"{self.root}/links"
-        # Named when a person points at them.
+        # The viewer shows the names under the pointer.
         self._static(joints, rr.Points3D.from_fields(labels=motion.names, show_labels=False, radii=[-3.0]))
         points = rr.Points3D.columns(positions=positions.reshape(-1, 3), colors=colours.reshape(-1, 3))
         self._columns(joints, points.partition([count] * self.frames))
@@ -152,7 +152,7 @@ class _Logger:
         for part, (name, count, colour) in enumerate(parts):
             entity = f"{self.root}/skin/{rr.escape_entity_path_part(f'{part} {name}')}"
             triangles = skin.triangles(part)
-            # Normals of the first frame shade the others: the viewer needs some.
+            # The viewer needs normals; all frames use those of the first frame.
             first = skin.vertices(part, 0.0)
             mesh = rr.Mesh3D.from_fields(
                 triangle_indices=triangles, vertex_normals=_normals(first, triangles), albedo_factor=colour

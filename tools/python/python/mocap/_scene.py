@@ -92,7 +92,7 @@ class Scene:
         """A page with the player of ``mocap view``. The page works offline and without other files.
 
         Args:
-            name: What the motion is called; the name of its file if ``None``.
+            name: The name of the motion; by default the name of its file.
         """
         return _mocap.page([(self._name(name), self._native)])
 
@@ -140,7 +140,7 @@ class Scene:
 
         Args:
             joints: The names of the joints; without names, the root.
-            name: What the motion is called in it; the name of its file if ``None``.
+            name: The name of the motion in the picture; by default the name of its file.
             width: In pixels.
 
         Raises:
@@ -155,7 +155,7 @@ class Scene:
 
         Args:
             poses: The number of poses.
-            name: What the motion is called in it; the name of its file if ``None``.
+            name: The name of the motion in the picture; by default the name of its file.
             width: In pixels.
         """
         return Picture(_mocap.sheet([(self._name(name), self._native)], positive("poses", poses), positive("width", width)))
@@ -254,7 +254,7 @@ class Scene:
         metadata: Report = parsed(self._native.metadata_json)
         return metadata
 
-    # Called for every frame: its arguments are checked where they are used.
+    # Programs call this method for every frame, so it checks its arguments only at their use.
     def pose(self, tick: float, *, space: Literal["world", "local"] = "world") -> NDArray[np.float32]:
         """The matrices of all nodes at a tick, float32, (nodes, 4, 4), for column vectors.
 
@@ -403,10 +403,10 @@ class Scene:
     ) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.
 
-        The result has no methods of its own to speak of: ``pyarrow.table(...)``, ``polars.DataFrame(...)``, DuckDB and
-        every other library with the Arrow PyCapsule interface take it without a copy. Columns: ``clip``, ``frame``,
-        ``time`` in seconds, ``joint``, ``x``, ``y``, ``z``, the rotation's (``qx`` ... ``qw``, ``r00`` ..., ``ex``
-        ``ey`` ``ez``), and where asked for ``vx``, ``vy``, ``vz`` and ``contact``.
+        The result has almost no methods of its own: ``pyarrow.table(...)``, ``polars.DataFrame(...)``, DuckDB and every
+        other library with the Arrow PyCapsule interface take it without a copy. Columns: ``clip``, ``frame``, ``time``
+        in seconds, ``joint``, ``x``, ``y``, ``z``, the rotation's (``qx`` ... ``qw``, ``r00`` ..., ``ex`` ``ey``
+        ``ez``), and, on request, ``vx``, ``vy``, ``vz`` and ``contact``.
 
         Raises:
             MocapError: As for :meth:`to_numpy`.

@@ -45,7 +45,7 @@ class Step:
         name: The name of the step; ``docs/editing.md`` lists the names.
         options: The options by name. An absent option, or ``None``, means the default.
         other: The second motion of a concat, a blend or a layer.
-        bones: The names of joints for bones, where the guess is wrong.
+        bones: The joints of bones, to correct mocap's choice.
     """
 
     name: str
@@ -109,13 +109,14 @@ def apply(
     *,
     bones: Bones | None = None,
 ) -> Edited:
-    """Applies a step: a :class:`Step`, ``{"step": "smooth", "cut_off": 8}``, or as the program takes it, ``"smooth:cut-off=8"``.
+    """Applies a step: a :class:`Step`, ``{"step": "smooth", "cut_off": 8}``, or the program's form,
+    ``"smooth:cut-off=8"``.
 
     Args:
         scene: A motion, or the path of one, which is read and prepared as :func:`mocap.edit.prepare` does.
         step: The name and the options; an option that is ``None`` has its default.
         other: The second motion of a concat, a blend or a layer; ``None`` takes the motion of the :class:`Step`.
-        bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
+        bones: The joints of bones, to correct mocap's choice: ``{"leftFoot": "ankle_L"}``.
     """
     if isinstance(step, Step):
         other, bones = step.other if other is None else other, step.bones if bones is None else bones

@@ -64,7 +64,7 @@ class Survey:
             overwrite: Whether to replace a file that may be a source.
 
         Raises:
-            MocapError: For another extension, and where the file cannot be written. A package without the feature
+            MocapError: For another extension, and if the file cannot be written. A package without the feature
                 ``parquet`` writes no ``.parquet``: ``polars.DataFrame(found.to_arrow()).write_parquet(path)`` does.
         """
         self._native.write(path, overwrite)

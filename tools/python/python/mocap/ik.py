@@ -29,8 +29,8 @@ class TwoBone(NamedTuple):
     """The result for two bones.
 
     Attributes:
-        middle: The joint between them.
-        end: The end.
+        middle: The position of the joint between the bones.
+        end: The position of the end.
         upper: The rotation of the first bone in the world: x, y, z, w.
         lower: The rotation of the second bone in the world; it includes ``upper``.
         distance: The remaining distance to the goal: 0 within reach, except for rounding.

@@ -157,7 +157,7 @@ class Windows:
         self.joints = list(layout.names)
         """The names of the joints."""
         self.columns = dict(layout.slices())
-        """Which columns each feature has: ``windows.columns["rotations"]`` is a slice."""
+        """The columns of each feature: ``windows.columns["rotations"]`` is a slice."""
         self._windows = [
             (clip, first) for clip, frames in enumerate(self._clips) for first in self._firsts(frames.frames)
         ]

@@ -1,4 +1,4 @@
-"""Nine mistakes, one on each line that ends in `# wrong`: a checker of types finds these and no other."""
+"""Nine mistakes, one on each line with `# wrong`. A type checker finds exactly these."""
 
 import mocap
 from mocap import edit
