@@ -1,8 +1,11 @@
-// How the checks of this folder start Chromium and take pictures.
+// Starts Chromium and takes pictures, for the checks of this folder.
 
 import { execFileSync } from "node:child_process";
 
-/** Options for Playwright: a processor draws in place of a graphics card, and nothing goes over the network unasked. */
+/**
+ * Options for Playwright: the processor draws instead of a graphics card, and Chromium makes no network requests of its
+ * own.
+ */
 export const launchOptions = () => ({
   executablePath: process.env.CHROMIUM ?? execFileSync("sh", ["-c", "command -v chromium"], { encoding: "utf8" }).trim(),
   args: [
@@ -18,7 +21,7 @@ export const launchOptions = () => ({
   ],
 });
 
-/** Saves what a page shows as a PNG file. With 128 colours it has a third of the bytes. */
+/** Saves a picture of a page as a PNG file. 128 colours reduce the file to a third. */
 export async function savePicture(page, path) {
   const input = await page.screenshot();
   const colors = "split[a][b];[a]palettegen=max_colors=128:stats_mode=full[p];[b][p]paletteuse=dither=none";

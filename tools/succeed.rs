@@ -1,8 +1,8 @@
-//! Commands that are to succeed, for the tests of `capi` and `libassimp`.
+//! Commands that must succeed, for the tests of `capi` and `libassimp`.
 
 use std::process::{Command, Output};
 
-/// Runs a command, and panics with all that it says where it fails.
+/// Runs a command. If it fails, panics with its output.
 pub(crate) fn succeed(command: &mut Command) -> Output {
     let output = command
         .output()

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""HumanML3D's 263 numbers, restated in NumPy from the notebook that defines them, and compared with the program's.
+"""Computes HumanML3D's 263 numbers in NumPy, after the notebook that defines them, and compares the program's numbers.
 
     humanml3d.py PROGRAM [--least=N] MOTION ...     what the program writes of motions; with --least files are left out
                                                     that have no humanoid or too few frames, and N must be compared
     humanml3d.py --vectors JOINTS.npy VECTORS.npy   the published numbers of a clip, against this restatement
 
-Lengths are those of the input: the data set's common skeleton is that of a licensed body.
+The skeleton keeps the lengths of the input, because the common skeleton of the data set comes from a licensed body.
 """
 import subprocess, sys, tempfile
 import numpy as np
@@ -16,7 +16,7 @@ CHAINS = [[0, 2, 5, 8, 11], [0, 1, 4, 7, 10], [0, 3, 6, 9, 12, 15], [9, 14, 17, 
 
 
 def unit(v, otherwise=(0, 0, 1)):
-    """Vectors of length 1; those without a length are `otherwise`."""
+    """Vectors of length 1; vectors of length 0 become `otherwise`."""
     length = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.where(length > 0, v / np.where(length > 0, length, 1), otherwise)
 
@@ -48,9 +48,10 @@ def vectors(p):
     across = unit(p[:, 1] - p[:, 2] + p[:, 17] - p[:, 16])
     forward = unit(smooth(np.cross([0, 1, 0], across)))
     root = arc(forward, np.array([0, 0, 1.0]))
-    root[0] = np.eye(3)  # the data set has it so: a commented line of the notebook
-    # The shortest rotation from a heading to +Z as a quaternion: its w is not negative, so where the heading passes -Z
-    # the product of two has a negative w, and the arcsine of its y is that of the supplement, as in the data set.
+    root[0] = np.eye(3)  # as in the data set: see a commented line of the notebook
+    # The shortest rotation from a heading to +Z as a quaternion, whose w is not negative. Where the heading passes -Z,
+    # the product of two such quaternions has a negative w. The arcsine of its y then gives the supplement of the angle,
+    # as in the data set.
     w, y = 1 + forward[:, 2], -forward[:, 0]
     w, y = w / np.hypot(w, y), y / np.hypot(w, y)
     w[0], y[0] = 1, 0
@@ -92,7 +93,7 @@ bad = compared = 0
 least = [int(word[8:]) for word in sys.argv[2:] if word.startswith("--least=")]
 for file in (word for word in sys.argv[2:] if not word.startswith("--")):
     with tempfile.TemporaryDirectory() as folder:
-        # The program's own positions of its skeleton, so that solving is not compared.
+        # Uses the program's own positions of its skeleton, so that the comparison leaves out the solver.
         for layout, name in (("kimodo", "k.npz"), ("humanml3d", "h.npy")):
             command = [sys.argv[1], "fk", file, "-o", f"{folder}/{name}", "--to", layout, "--quiet"]
             made = subprocess.run(command, capture_output=bool(least), text=True)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes fixtures/arrays, or the folder that is named: small files of each layout, and what must come of them (expected.json).
+"""Writes fixtures/arrays, or the named folder: small files of each layout, and the expected motions (expected.json).
 
-The joints are posed here in NumPy, by the rotations' definition alone (Rodrigues), and compared with what the program
-makes of the files. All numbers are random, from a fixed seed. Needs NumPy and SciPy; PyTorch's archive is written by hand.
+NumPy poses the joints by Rodrigues' definition of a rotation. Tests compare these poses with the program's. All numbers
+are random, from a fixed seed. Needs NumPy and SciPy; This script writes PyTorch's archive itself, without PyTorch.
 """
 import io, json, pathlib, pickle, sys, types, zipfile
 import numpy as np
@@ -28,7 +28,7 @@ def rodrigues(v):
 
 
 def pose(rest, parents, vectors, root):
-    """Positions (frames, joints, 3) and rotations to the world, of rotations to the parent."""
+    """Positions (frames, joints, 3) and rotations relative to the world, from rotations relative to the parent."""
     local = rodrigues(vectors)
     world, places = [None] * len(parents), [None] * len(parents)
     for joint, parent in enumerate(parents):
@@ -42,7 +42,7 @@ def pose(rest, parents, vectors, root):
 
 
 def upright(frames, joints, turn):
-    """Rotations of joints; the root stands upright where `turn` brings +Y to the file's up axis."""
+    """Rotations of joints. The root stands upright if `turn` brings +Y to the file's up axis."""
     vectors = 0.4 * rng.standard_normal((frames, joints, 3))
     vectors[:, 0] = turn
     return vectors
@@ -53,7 +53,7 @@ def to_y_up(places):
 
 
 def body(parents):
-    """Joints of nobody: a tree with random lengths that stands."""
+    """Joints of an invented figure: a standing tree with random lengths."""
     rest = np.zeros((len(parents), 3))
     for joint, parent in enumerate(parents):
         if parent >= 0:
@@ -123,7 +123,7 @@ def main():
 
 
 def write_points():
-    """A figure of round lengths that walks on the spot and bends its arms: positions alone, and its rotations."""
+    """A figure of round lengths that walks on the spot and bends its arms: its positions, and its rotations."""
     rest = np.zeros((22, 3))
     down = {1: (.1, -.05, 0), 4: (0, -.4, 0), 7: (0, -.4, 0), 10: (0, -.05, .13), 3: (0, .1, 0), 6: (0, .15, 0),
             9: (0, .1, 0), 12: (0, .2, 0), 15: (0, .1, 0), 13: (.05, .15, 0), 16: (.12, 0, 0), 18: (.3, 0, 0),
@@ -150,7 +150,7 @@ def write_points():
 
 
 def write_models():
-    """Models of nobody, a dense and a sparse one, and a motion with coefficients of shape; its joints on both."""
+    """A dense and a sparse invented body model, a motion with shape coefficients, and its joints on both models."""
     frames, vertices = 2, 60
     vectors = upright(frames, 52, [np.pi / 2, 0, 0])
     trans, betas = rng.standard_normal((frames, 3)), rng.standard_normal(16)
@@ -179,7 +179,7 @@ def write_models():
 
 
 def write_torch(parts):
-    """GVHMR's dictionary as torch.save writes it, by a stand-in for the module."""
+    """GVHMR's dictionary as torch.save writes it, made with a stand-in for PyTorch's module."""
     torch, utils = types.ModuleType("torch"), types.ModuleType("torch._utils")
 
     class FloatStorage: pass

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the joblib files of fixtures/arrays: motions of the G1 as ASAP and PBHC store them. Needs NumPy and joblib.
 
-All numbers follow from formulas, which src/job/tests/it/arrays/joblib.rs restates.
+All numbers follow from formulas, which src/job/tests/it/arrays/joblib.rs repeats.
 """
 import pathlib
 import joblib

@@ -1,11 +1,14 @@
-"""Writes the fixtures of SAM 3D Body: `make_mhr.py OUTPUT.npz`, an output of one person, cut to what a motion needs.
+"""Writes the fixtures of SAM 3D Body: `make_mhr.py OUTPUT.npz`. OUTPUT.npz has one person; only the arrays of a motion
+remain.
 
-`sam3d_take.npz` is a take of five frames planted from it, whose camera looks down. `expected_mhr.json` has the joints
-that NumPy finds in both, by joint, in metres and the axes of the root: X left, Y up, Z forward. `expected_soles.json` has
-the directions from the soles up, left and right, in the same axes: those of the largest flat below the vertices of a foot.
+`sam3d_take.npz` is a take of five frames made from OUTPUT.npz, whose camera looks down. `expected_mhr.json` has the
+joints that NumPy finds in both, by joint, in metres and the axes of the root: X left, Y up, Z forward.
+`expected_soles.json` has the upward directions of the left and the right sole in the same axes: the normal of the
+largest flat face below the vertices of a foot.
 
-`sam3d_keypoints.npz` has the keypoints alone. `sam3d_persons.npz` has lists of persons, of whom two walk past each other, as compressed objects and in 16-bit numbers;
-`sam3d_stack.npz` has the same persons along a first axis, and zeros where one is missing.
+`sam3d_keypoints.npz` has only the keypoints. `sam3d_persons.npz` has lists of persons as compressed objects with 16-bit
+numbers; two persons walk past each other. `sam3d_stack.npz` has the same persons along a first axis, and zeros in place
+of a missing person.
 """
 import json, pathlib, sys
 import numpy as np
@@ -13,7 +16,7 @@ from scipy.spatial import ConvexHull
 
 OUT = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "arrays"
 NAMES = "pred_joint_coords pred_global_rots pred_keypoints_3d pred_cam_t".split()
-# The camera's axes (right, down, forward) and those of the rotations (right, up, back).
+# The axes of the camera (right, down, forward), and the axes of the rotations (right, up, back).
 FLIP = np.array([1.0, -1.0, -1.0])
 ROOT = 1
 
@@ -31,7 +34,7 @@ def about(axis, degrees):
 
 
 def soles(source):
-    """The directions from the soles up, left and right, in the axes of the root."""
+    """The upward directions of the left and the right sole, in the axes of the root."""
     joints, turns = (source[name].astype(float) for name in NAMES[:2])
     points = source["pred_vertices"].astype(float)
     nearest = np.array([np.linalg.norm(joints - point, axis=1).argmin() for point in points])
@@ -51,7 +54,8 @@ def soles(source):
 
 
 def persons(frame):
-    """Two persons who walk past each other, in lists of changing order; the second is missing in a frame, both in one."""
+    """Two persons who walk past each other, in lists of changing order. One frame lacks the second person, and one
+    lacks both."""
     frames = []
     for index in range(8):
         ways = [(-1.4 + 0.4 * index, 0, 5), (1.4 - 0.4 * index, 0, 5.7)]

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""A figure of another author, posed by the arrays that the program writes, beside the rotations of the source file.
+"""Poses another author's figure with the arrays that the program writes, and compares it with the source file.
 
     posed_by_another.py PROGRAM [--least=N] MOTION ...
 
-`mannequin-x` of PyPI poses SMPL-X's joints in NumPy, and shares nothing with this program. Its rest pose is that of SMPL-X,
-that of a file is its author's; so each joint is compared by how far it has turned in the world since the first frame, which
-no rest pose changes. That is split into how far the direction of the limb has moved, and how far the limb is turned about
-itself. Allowed are 0.5 and 2 degrees. With --least files without a humanoid are left out, and N must be compared.
+`mannequin-x` of PyPI poses SMPL-X's joints in NumPy, and shares nothing with this program. The two rest poses differ.
+So each joint is compared by its rotation in the world since the first frame, which does not depend on the rest pose.
+The difference has two parts: the change of the limb's direction, and the roll about the limb. The limits are 0.5 and 2
+degrees. With --least, files without a humanoid are omitted, and at least N files must be compared.
 """
 import json, re, subprocess, sys, tempfile
 import numpy as np
 from mannequin import Mannequin
 
-# The number of the joint and of that below it in SMPL-X, and the bone below it.
+# The number of the joint in SMPL-X, the number of the next joint, and the humanoid bone of the next joint.
 LIMBS = {"leftUpperLeg": (1, 4, "leftLowerLeg"), "rightUpperLeg": (2, 5, "rightLowerLeg"),
          "leftLowerLeg": (4, 7, "leftFoot"), "rightLowerLeg": (5, 8, "rightFoot"),
          "leftUpperArm": (16, 18, "leftLowerArm"), "rightUpperArm": (17, 19, "rightLowerArm"),
@@ -24,13 +24,13 @@ def run(*words):
 
 
 def angle(a, b):
-    """Degrees between vectors."""
+    """The angle between two vectors in degrees."""
     return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, -1)))
 
 
 def compare(program, file, model, folder):
-    """The largest angles of directions and of rolls, how many frames there are, and how many limbs move by positions; None
-    for a file without a humanoid."""
+    """The largest angles of directions and of rolls, the number of frames, and the number of limbs that move by
+    positions. None for a file without a humanoid."""
     own, posed = f"{folder}/own.npz", f"{folder}/smplx.npz"
     written = run(program, "fk", file, "-o", posed, "--to", "smplx", "--quiet", "--force")
     found = run(program, "skeleton", file, "--json")
@@ -39,7 +39,7 @@ def compare(program, file, model, folder):
     skeleton = json.loads(found.stdout)
     bones = {bone: row["joint"] for bone, row in skeleton["humanoid"]["bones"].items()}
     if skeleton["sides"]["value"] == "opposite":
-        # What the file names left is on the right.
+        # The file's left side is the right side here.
         other = {"left": "right", "right": "left"}
         bones = {re.sub("^(left|right)", lambda side: other[side[0]], bone): joint for bone, joint in bones.items()}
     run(program, "fk", file, "-o", own, "--rot", "matrix", "--rot-space", "world", "--out-up", "y", "--quiet", "--force")
@@ -59,7 +59,7 @@ def compare(program, file, model, folder):
         if bone not in bones or below not in bones:
             continue
         theirs = source["rotations"][:, names.index(bones[bone])].astype(float)
-        # A file may move the joint below by its position; then the rotation is not that of the limb.
+        # A file may move the next joint by its position. The joint's rotation then differs from the limb's.
         there = source["positions"][:, names.index(bones[below])] - source["positions"][:, names.index(bones[bone])]
         there = np.einsum("tji,tj->ti", theirs, there.astype(float))
         if angle(there, np.broadcast_to(there[0], there.shape)).max() > 0.1:
@@ -72,7 +72,7 @@ def compare(program, file, model, folder):
         direction = max(direction, angle(ours @ limb, theirs @ limb).max())
         across = np.cross(limb, [0.3, 0.5, 0.8])
         across /= np.linalg.norm(across)
-        # In the frame of the limb: what is left of the difference about it.
+        # The rest of the difference in the frame of the limb: the roll about it.
         left = np.einsum("tji,tjk->tik", ours, theirs) @ across
         left -= (left @ limb)[:, None] * limb
         roll = max(roll, angle(left, np.broadcast_to(across, left.shape)).max())

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""How `mocap solve` rolls the bones of limbs, beside the rotations of the file from which the positions are.
+"""Compares how `mocap solve` rolls the bones of limbs with the rotations of the source file.
 
     roll.py [--least=PERCENT] [--truth=JSON] [--bones] PROGRAM FOLDER/FILE.bvh ...
 
-With --least it fails where fewer frames are within 10 degrees.
+With --least, the script fails if fewer than PERCENT of the frames are within 10 degrees.
 
-The positions of the joints that fixtures/skeletons/truth.json maps by hand go to `mocap solve`; reading, kinematics and angles
-are NumPy's alone. Rest poses of files differ in where a bone's axes are about itself, so from the roll of each bone its median
-over the clip is taken away, in the file and in the solution. Counted are the frames in which the knee or the elbow is bent by 20
-degrees or more. Two more columns say what can be known: `hinge` is the fraction in which the axis of the bent limb is within 10
-degrees of its median in the file's own bone, which is all that positions say; `flips` are turns of a solved bone about itself of
-more than 60 degrees from one frame to the next, beyond the shortest turn of its direction, that the file does not have.
+The positions of the joints that fixtures/skeletons/truth.json maps by hand go to `mocap solve`; this script reads
+files, poses them and measures angles with NumPy, without mocap. In the rest poses of files, the axes of a bone have
+different rolls. So the median roll over the clip is subtracted for each bone, in the file and in the solution. Only
+frames count in which the knee or the elbow is bent by 20 degrees or more. Two more columns show the limits of the
+comparison: `hinge` is the fraction of frames in which the axis of the bent limb is within 10 degrees of its median in
+the file's bone. Positions contain no more than this axis. `flips` counts rolls of a solved bone by more than 60 degrees
+between two frames, beyond the shortest turn of its direction, that the file does not have.
 """
 import json, os, subprocess, sys, tempfile
 import numpy as np
@@ -30,7 +31,7 @@ def rotation(axis, degrees):
 
 
 class Bvh:
-    """Joints, parents, and in every frame their places and rotations in the world."""
+    """Joints, parents, and the world positions and rotations of the joints in every frame."""
 
     def __init__(self, path):
         text = open(path, encoding="utf-8", errors="replace").read()
@@ -101,14 +102,14 @@ def off_median(degrees):
 
 
 def across(turns, direction):
-    """An axis of the bone's own frame, in the world, whose median angle to the bone is a right angle."""
+    """A fixed axis of the bone's frame, in the world, perpendicular to the bone's median direction."""
     local = unit(np.median(np.einsum("tji,tj->ti", turns, direction), 0))
     axis = np.cross(local, np.eye(3)[np.argmin(np.abs(local))])
     return np.einsum("tij,j->ti", turns, axis)
 
 
 def twist(axis, along):
-    """By how many degrees a bone turns about itself from each frame to the next, beyond the shortest turn of its direction."""
+    """The roll of a bone in degrees from each frame to the next, beyond the shortest turn of its direction."""
     before, after = along[:-1], along[1:]
     # Rodrigues' formula for the shortest rotation from one direction to the next.
     turn, cosine = np.cross(before, after), np.sum(before * after, -1, keepdims=True)
@@ -117,7 +118,7 @@ def twist(axis, along):
 
 
 def solve(program, file, bones, folder):
-    """The solution of the joints' places, and the rotation of its world."""
+    """The solution for the joints' positions, and the rotation of its world."""
     above = {"spine": "hips", "chest": "spine", "upperChest": "chest", "neck": "upperChest", "head": "neck"}
     for side in ("left", "right"):
         for chain in (("upperChest", "Shoulder", "UpperArm", "LowerArm", "Hand"), ("hips", "UpperLeg", "LowerLeg", "Foot", "Toes")):
@@ -183,7 +184,7 @@ def main():
                     mine = across(turns, along)
                     roll = about(along, mine, across(theirs, along))
                     hinge = about(along, mine, np.cross(thigh, shin))
-                    # A solution of 6 degrees of freedom may also be off in direction, which is not counted here.
+                    # A solution of 6 degrees of freedom may also have errors of direction; they do not count here.
                     good, known_by_hinge = off_median(roll[bent]) <= NEAR, off_median(hinge[bent]) <= NEAR
                     turned = twist(across(theirs, along), along)
                     flips = int(((turned > FLIP) & (np.abs(wrapped(np.diff(roll))) > FLIP)).sum())

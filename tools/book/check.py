@@ -1,4 +1,4 @@
-"""The judge of `check`: links, the summary, and the length of pages."""
+"""Judges links, the summary, and the length of pages, for `check`."""
 
 import re
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-LIMIT = 1500  # words on a page, as the test of sentences counts them: with a letter or a digit
+LIMIT = 1500  # words on a page, counted as the test of sentences does: words with a letter or a digit
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 

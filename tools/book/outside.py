@@ -1,4 +1,4 @@
-"""A preprocessor of mdBook: links to files of the repository outside of docs become links to the repository."""
+"""A preprocessor of mdBook that turns links to files outside docs into links to the repository."""
 
 import json
 import posixpath

@@ -1,4 +1,4 @@
-# Before 1.0, versions of one minor number go together.
+# Before 1.0, versions with the same minor number are compatible.
 set(PACKAGE_VERSION 0.1.0)
 
 if(PACKAGE_FIND_VERSION VERSION_GREATER PACKAGE_VERSION)

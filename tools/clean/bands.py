@@ -2,7 +2,8 @@
 
 python bands.py MOCAP FOLDERS.. [--count 12] [--seeds 1,2] [--cases NAME,..]
 
-The peer is a Butterworth filter of 6 Hz, order 2, forwards and backwards, on quaternions and the root: it knows nothing of a clip.
+The peer is a Butterworth filter of 6 Hz, order 2, forwards and backwards, on quaternions and the root. It does not
+adapt to a clip.
 """
 
 import argparse
@@ -19,7 +20,7 @@ import judge
 import plant
 
 CUT_OFF = 6.0  # of the peer, in Hz
-# Milliseconds of correlation, frames a second of the take, and how many frames are interpolated from one.
+# The correlation time of the noise in ms, the frame rate of the take, and the number of frames interpolated per frame.
 CASES = {f"{rate} Hz, {time} ms": (time, rate, 1) for time in (0, 15, 30, 60, 120, 250) for rate in (24, 30, 60, 120)}
 CASES |= {f"30 Hz x{times}, {time} ms": (time, 30, times) for times in (2, 4) for time in (0, 60)}
 CASES |= {"60 Hz x2, 0 ms": (0, 60, 2), "30 Hz, spikes": (0, 30, 1), "60 Hz, spikes": (0, 60, 1), "60 Hz, clean": (None, 60, 1)}

@@ -1,4 +1,4 @@
-"""A reader and a writer of BVH with kinematics of their own: nothing of mocap takes part."""
+"""A reader and a writer of BVH with their own kinematics, without code of mocap."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,7 +11,7 @@ class Motion:
         self.names, self.parents, self.offsets, self.tips = names, parents, offsets, tips
         self.rate = rate
         self.root = root  # frames x 3
-        self.turns = turns  # frames x joints x 4, each to the parent: x, y, z, w
+        self.turns = turns  # frames x joints x 4, relative to the parent: x, y, z, w
 
     def copy(self):
         return Motion(self.names, self.parents, self.offsets, self.tips, self.rate, self.root.copy(), self.turns.copy())

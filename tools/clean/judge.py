@@ -1,4 +1,4 @@
-"""Judges `mocap clean` by truth that was planted. See README.md."""
+"""Judges `mocap clean` by comparison with the motions before artificial defects. See README.md."""
 
 import argparse
 import json
@@ -28,12 +28,11 @@ SETS = {
     "hands": ["noise"],
     "rate": ["noise"],
 }
-HANDS = 6  # clips of sources in which hands meet
+HANDS = 6  # source clips in which the hands meet
 # How the set `rate` spoils a clip, in turn: each fifth frame is repeated; the file states half the rate; twice; the true one.
 RATES = ["repeated", "half", "twice", "true"]
-MEET = 25.0  # wrists nearer than this, in cm, are those of hands that meet or hold one thing
-# What the mean of every sample is held to: the wanted figures where they are reached, else what is a little above the table
-# of the README.
+MEET = 25.0  # hands meet or hold one object if their wrists are nearer than this, in cm
+# The limits of the mean of every sample: the targets that are reached, else values a little above the README's table.
 HELD = {
     "noise: acceleration error / spoiled": 0.35,
     "noise: joint error / spoiled": 0.6,
@@ -43,8 +42,8 @@ HELD = {
     "all: feet in contact off level cm": 0.8,
     "rate: true rates changed": 0.0,
 }
-# Feet that stand so far apart, in cm, tell of a slope: 1 cm of height, as much as a foot differs from step to step, is then
-# 2 degrees for one step and below 1 for several.
+# Feet at least this far apart, in cm, show a slope. The height of a foot varies by 1 cm between steps: at this
+# distance, 2 degrees for one step, and less than 1 degree for several.
 WIDE = 30.0
 CUT_OFFS = np.geomspace(0.7, 14, 24)  # of the Butterworth filters, in Hz
 
@@ -72,7 +71,7 @@ def butterworth(motion, cut_off):
 
 
 def peer(motion, truth, rate):
-    """The Butterworth filter with the cut-off that is best for this clip, as the truth says."""
+    """The Butterworth filter with the cut-off that comes nearest to the truth of this clip."""
     best = None
     for cut_off in CUT_OFFS[CUT_OFFS < 0.45 * rate]:
         places = butterworth(motion, cut_off).positions()
@@ -83,7 +82,7 @@ def peer(motion, truth, rate):
 
 
 def peaks(places, truth, rate):
-    """The speed in the fastest hundredth of the moments of the truth, as a fraction of the true one."""
+    """The speed at the fastest hundredth of the true motion's moments, as a fraction of the true speed."""
     speeds = [np.linalg.norm(p[2:] - p[:-2], axis=-1) * rate / 2 for p in (truth, places)]
     fastest = speeds[0] >= np.percentile(speeds[0], 99)
     return speeds[1][fastest].mean() / speeds[0][fastest].mean()
@@ -94,13 +93,13 @@ def over_ground(places, feet, rate):
 
 
 def standing(truth, feet, rate):
-    """Where the truth stands on a point of its feet: in which frames after the first, and on which points."""
+    """Where the true motion stands on a point of its feet: the frames after the first, and the points."""
     heights = truth[1:, feet, 1]
     return (over_ground(truth, feet, rate) < 8) & (heights < np.percentile(heights, 5, axis=0) + 3)
 
 
 def off_level(places, truth, feet, rate):
-    """How far the balls of the feet are above or below their mean height where the truth stands on them, in cm."""
+    """The distance in cm of the balls of the feet from their mean height while the true motion stands on them."""
     stands = standing(truth, feet, rate)
     heights = [places[1:, feet[k], 1][stands[:, k]] for k in (2, 3)]
     off = np.concatenate([abs(own - own.mean()) for own in heights if len(own)] or [[]])
@@ -108,7 +107,7 @@ def off_level(places, truth, feet, rate):
 
 
 def skate(places, truth, feet, rate):
-    """The mean speed over the ground, in cm/s, of the slower of ankle and ball where the truth stands on them."""
+    """The mean speed over the ground, in cm/s, of the slower of ankle and ball while the true motion stands on them."""
     stands, speeds = standing(truth, feet, rate), over_ground(places, feet, rate)
     slide = []
     for side in (0, 1):
@@ -120,8 +119,8 @@ def skate(places, truth, feet, rate):
 
 
 def hands(places, truth, names, sides):
-    """How far off one hand is from the other where they meet, in cm, and how far apart they are as a fraction of what
-    is true."""
+    """The error in cm of one hand's position relative to the other where they meet, and their distance as a fraction of
+    the true distance."""
     wrists = [next((i for i, name in enumerate(names) if name in (side + "Hand", side + "Wrist")), None) for side in sides]
     if None in wrists:
         return np.nan, np.nan
@@ -134,7 +133,8 @@ def hands(places, truth, names, sides):
 
 
 def tilt(places, truth):
-    """How far up is from up, in degrees, when one motion is laid on the other; and how much higher it is, in cm."""
+    """The angle in degrees between the up axes of two motions after alignment, and the difference of their heights in
+    cm."""
     a, b = (p.reshape(-1, 3) - p.reshape(-1, 3).mean(axis=0) for p in (places, truth))
     turn, _ = Rotation.align_vectors(b, a)
     up = turn.apply([0, 1, 0])
@@ -142,8 +142,8 @@ def tilt(places, truth):
 
 
 def spread(truth, source):
-    """How far apart the feet stand on the ground, in cm, in the direction in which that is least: as standard deviation
-    of where the truth stands. It is what tells of a slope."""
+    """The spread of the feet on the ground in cm, as the standard deviation in the narrowest direction of the points
+    where the true motion stands. A slope shows only over this spread."""
     places = truth.positions()
     feet = [truth.names.index(name) for name in source["ankles"]]
     speeds = np.linalg.norm(np.diff(places[:, feet], axis=0), axis=-1) * truth.rate
@@ -153,7 +153,7 @@ def spread(truth, source):
 
 
 def measures(motion, truth, source, wrong, shown):
-    """What is left of the defects. Lengths in cm."""
+    """The remaining defects. Lengths are in cm."""
     frames = min(len(motion.root), len(truth.root))
     places, true = motion.positions()[:frames], truth.positions()[:frames]
     feet = [truth.names.index(name) for name in source["ankles"] + source["balls"]]
@@ -184,7 +184,7 @@ def measures(motion, truth, source, wrong, shown):
 
 
 def rate(program, folder, index, source, clean, seed):
-    """What is said of the rate of a motion whose file states another, or repeats frames."""
+    """The reported rate of a motion whose file states a wrong rate, or repeats frames."""
     random = np.random.default_rng([seed, index, 7])
     motion, true, kind = clean.copy(), clean.rate, RATES[(index + 2 * (index // 7)) % len(RATES)]
     plant.add_noise(motion, random)
@@ -234,7 +234,7 @@ def one(task):
 
 
 def table(results):
-    """The rows of the table: what is wanted, and what was measured."""
+    """The rows of the table: targets and measured values."""
     by = {kind: [r for r in results if r["kind"] == kind] for kind in SETS}
 
     def ratio(kind, key, of="before"):

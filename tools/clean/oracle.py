@@ -1,8 +1,8 @@
-"""What the best filter of one joint reaches, as the truth says: python oracle.py FOLDERS.. [--count 28] [--seed 1]
+"""The errors of the best filter of one joint, chosen with the truth: python oracle.py FOLDERS.. [--count 28] [--seed 1]
 
-Each joint in the world is filtered with 16 cut-offs. For the whole clip, for each joint, and for each joint and each tenth
-of a second, the cut-off (or a body that does not accelerate) with the least acceleration error is taken. The errors are given
-as fractions of that of the best Butterworth filter of `judge.py`.
+Each joint in the world is filtered with 16 cut-offs. The cut-off (or a joint without acceleration) with the least
+acceleration error is chosen: for the whole clip, for each joint, and for each joint and tenth of a second. The errors
+are fractions of the error of the best Butterworth filter of `judge.py`.
 """
 
 import argparse
@@ -14,7 +14,7 @@ import judge
 import plant
 
 CUT_OFFS = np.geomspace(0.7, 12, 16)  # in Hz
-AROUND = 0.1  # seconds of which the error is averaged
+AROUND = 0.1  # seconds over which the error is averaged
 
 
 def filtered(places, cut_off, rate):

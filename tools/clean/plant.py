@@ -1,7 +1,7 @@
-"""Plants defects in clean motions, by a seed: what an estimator, a camera or a sensor does to a take.
+"""Adds the defects of an estimator, a camera or a sensor to clean motions, from a seed.
 
-The noise is what is published of monocular estimators and measured on fixtures/real (see README.md): white, 2 degrees
-for the whole rotation of a joint, and 3 to 8 mm for the root.
+The noise follows publications on monocular estimators and measurements on fixtures/real (see README.md). It is white: 2
+degrees for the whole rotation of a joint, and 3 to 8 mm for the root.
 """
 
 import json
@@ -15,9 +15,9 @@ import bvh
 HERE = Path(__file__).parent
 NOISE_DEGREES = 2.0  # root mean square of the whole angle, over all three axes
 NOISE_ROOT_CM = (0.3, 0.8)  # standard deviation per axis, drawn for each clip
-DRIFT_CM = (6.0, 3.0)  # over the ground and in height, over a clip
+DRIFT_CM = (6.0, 3.0)  # along the ground and in height, over a clip
 TILT_DEGREES = 3.0
-HELD, LOST = 0.02, 0.01  # fractions of the frames that are held; that are dropped, as many being doubled elsewhere
+HELD, LOST = 0.02, 0.01  # the fraction of held frames, and of dropped frames; as many others are doubled
 FLIPS, SPIKES = 3, 3  # runs of 5 to 20 frames, single frames
 SPIKE_CM = 43.0  # of the root, in single frames
 HEIGHT_CM = 165.0
@@ -53,7 +53,8 @@ def load(source, rate):
 
 
 def clips(folders, count, seed, only=None, rates=(30, 60)):
-    """Clean cuts of 3 to 8 seconds, as many of them at each rate: of the sources for one set, or else of those for all."""
+    """Clean cuts of 3 to 8 seconds, the same number at each rate: from the sources of one set, or else from the sources
+    of all sets."""
     random = np.random.default_rng(seed)
     found = [source for source in sources(folders) if source.get("only") == only]
     if len(rates) == 1:
@@ -74,8 +75,8 @@ def clips(folders, count, seed, only=None, rates=(30, 60)):
 
 
 def add_noise(motion, random, correlation=0.0):
-    """Noise of all rotations and of the root. It is white, or that of Ornstein and Uhlenbeck with a time in seconds in which
-    its correlation falls to 1/e."""
+    """Noise of all rotations and of the root. It is white, or an Ornstein-Uhlenbeck process whose correlation falls to
+    1/e in this time in seconds."""
     frames, joints = motion.turns.shape[:2]
     per_axis = np.radians(NOISE_DEGREES) / np.sqrt(3)
     turns, of_root = random.normal(size=(frames, joints, 3)), random.uniform(*NOISE_ROOT_CM)
@@ -98,7 +99,7 @@ def add_root_spikes(motion, random):
 
 
 def interpolated(motion, times):
-    """The motion with so many frames for one: rotations and the root go straight from one to the next."""
+    """The motion with this number of frames for each frame, linear between two frames."""
     frames = len(motion.root)
     part = (np.arange((frames - 1) * times + 1) / times)[:, None]
     before = np.minimum(part[:, 0].astype(int), frames - 2)
@@ -113,7 +114,7 @@ def interpolated(motion, times):
 
 
 def add_flips(motion, source, random):
-    """Bones turned about themselves, single frames far off, legs exchanged. Gives which rotations are wrong."""
+    """Rolls bones, moves single frames far off, exchanges legs. Returns which rotations are wrong."""
     frames, joints = motion.turns.shape[:2]
     wrong = np.zeros((frames, joints), dtype=bool)
     free = np.ones(frames, dtype=bool)
@@ -164,8 +165,8 @@ def add_tilt_and_drift(motion, random):
 
 
 def add_time(motion, random):
-    """Frames that are held, and pairs of a frame that is dropped and one that is doubled. Gives which frame of the
-    clean motion each frame shows."""
+    """Holds frames, and drops and doubles frames in pairs. Returns for each frame the frame of the clean motion that it
+    shows."""
     frames = len(motion.root)
     shown = np.arange(frames)
     for frame in random.choice(np.arange(4, frames - 4), max(1, int(HELD * frames)), replace=False):
@@ -181,7 +182,8 @@ def add_time(motion, random):
 
 
 def add_depth(motion, random):
-    """What the depth of a monocular estimate does to the root: it trembles and wavers along one axis over the ground."""
+    """Adds the depth error of a monocular estimator to the root: noise and slow changes along one axis of the
+    ground."""
     frames = len(motion.root)
     angle = random.uniform(0, 2 * np.pi)
     axis = np.array([np.cos(angle), 0, np.sin(angle)])
@@ -192,7 +194,7 @@ def add_depth(motion, random):
 
 
 def repeat(motion, random):
-    """A take at 4/5 of the rate of its file: each fifth frame holds the one before. Gives the true rate."""
+    """A take at 4/5 of the rate of its file: each fifth frame repeats the frame before. Returns the true rate."""
     own = np.round(np.arange(0, len(motion.root) - 1, 1.25)).astype(int)
     true = motion.rate * 0.8
     slower = motion.take(own)
@@ -202,7 +204,7 @@ def repeat(motion, random):
 
 
 def spoil(clean, source, random, what):
-    """The spoiled motion; which rotations were flipped; which clean frame each frame shows."""
+    """Returns the spoiled motion, the flipped rotations, and the clean frame that each frame shows."""
     motion = clean.copy()
     frames, joints = motion.turns.shape[:2]
     wrong, shown = np.zeros((frames, joints), dtype=bool), np.arange(frames)

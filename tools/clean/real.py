@@ -1,8 +1,7 @@
-"""What `mocap clean` does to takes of cameras, sensors and a generator: python real.py MOCAP
+"""Measures `mocap clean` on takes of cameras, sensors and a generator: python real.py MOCAP
 
-`tools/bench/tables cleaned-takes` writes the table of docs/cleaning.md. The jerk is measured here once more, on the
-positions of all joints by the kinematics of bvh.py, where input and output are BVH, and must be what the report says to
-a tenth.
+`tools/bench/tables cleaned-takes` writes the table of docs/cleaning.md. If input and output are BVH, the script also
+measures the jerk of all joints with the kinematics of bvh.py. It must equal the report's jerk within a tenth.
 """
 
 import argparse
@@ -44,7 +43,7 @@ def row(program, folder, name, what):
     did = json.loads(report.read_text())["changed"]
     before, after = did["before"], did["after"]
     if source.suffix == ".bvh" and "nan" not in name:
-        # A file is written in the unit that it has.
+        # A file keeps its unit.
         measured = [jerk(path, 1.0) for path in (source, out)]
         ratios = [m / max(b["jitter"], 1e-9) for m, b in zip(measured, (before, after))]
         if before["jitter"] > 1 and abs(ratios[0] / ratios[1] - 1) > 0.1:

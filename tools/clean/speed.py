@@ -1,8 +1,9 @@
-"""How many frames a second `mocap clean` cleans on one core: python speed.py MOCAP FOLDERS..
+"""Measures how many frames a second `mocap clean` cleans on one core: python speed.py MOCAP FOLDERS..
 
-The processor time of `mocap clean` less that of `mocap convert`, which reads and writes as much: the least of five runs
-each, of the whole first motion of sources.json as it is, with noise, and with noise, flips, a floor and errors of time.
-Both write glTF: the writer of BVH looks for the shortest digits of angles, which is longer for angles that were smoothed.
+The time is the processor time of `mocap clean` minus the time of `mocap convert`, which reads and writes the same
+files; each is the least of five runs. The input is the whole first motion of sources.json: clean, with noise, and with
+noise, flips, a floor and errors of time. Both write glTF, because the writer of BVH needs more time for the digits of
+smoothed angles.
 """
 
 import os

@@ -1,6 +1,6 @@
-"""Prints how near the network of examples/learned, motion matching and the motion graph come to the same paths.
+"""Prints how closely the network of examples/learned, motion matching and the motion graph follow the same paths.
 
-All have the same walks.
+All three use the same walks.
 
     python compare.py [--model FILE] [--keep FOLDER]"""
 
@@ -22,7 +22,8 @@ from motions import BODY, scenes, write  # noqa: E402
 from play import MODEL, Path, Walker  # noqa: E402
 
 SPEED = 1.1
-# Height of a toe above the floor below which it slides, in metres (Zhang et al. 2018 weigh by height; here all count).
+# A toe below this height above the floor slides, in metres. (Zhang et al. 2018 weight toes by height; here all toes
+# count alike.)
 LOW = 0.03
 # Laps of the circle by which the time of a frame is measured.
 LAPS = 6
@@ -113,7 +114,7 @@ def main():
         methods |= {"motion matching": matching, "motion graph": graph}
         data["motion matching"] = (folder / "walks.mdb").stat().st_size
         data["motion graph"] = sum(file.stat().st_size for file in [*clips, folder / "graph.json"])
-        # The time of reading is in that of one lap as in that of many.
+        # The time of one lap includes the reading of the files, as does the time of many laps.
         once, often = matching(CIRCLE, "lap"), matching(LAPS * CIRCLE[:-1] + CIRCLE[-1:], "laps")
         led = (often[1] - once[1]) / (often[0].frames - once[0].frames)
         print("| path | method | mean cm off | largest | slide, cm/s | jerk, m/s3 | kB | us a frame |")

@@ -11,7 +11,8 @@ EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "examples/learned"
 sys.path.insert(0, str(EXAMPLE))
 # Steps of the short training; bytes of the committed network.
 STEPS, MOST_BYTES = 40, 3_000_000
-# Of the committed network on each path: mean and largest distance from it in cm, slide of the lower toe in cm/s.
+# Limits of the committed network on each path: mean and largest distance from the path in cm, slide of the lower toe in
+# cm/s.
 MEAN_OFF, MOST_OFF, MOST_SLIDE = 15.0, 50.0, 30.0
 
 
@@ -22,7 +23,7 @@ def run(*words):
 
 
 def trains(folder):
-    """The same seed gives the same file, another seed another, and training makes the loss smaller."""
+    """One seed always gives the same file, different seeds give different files, and training reduces the loss."""
     files = [folder / f"{name}.safetensors" for name in ("one", "again", "other", "longer")]
     printed = [
         run("train.py", "-o", file, "--steps", STEPS * (1 + 4 * (file is files[3])), "--seed", 1 + (file is files[2]))
@@ -36,7 +37,7 @@ def trains(folder):
 
 
 def plays(folder):
-    """The committed network goes along the paths, without PyTorch."""
+    """The committed network follows the paths, without PyTorch."""
     model = EXAMPLE / "walk.safetensors"
     assert model.stat().st_size < MOST_BYTES
     without = (

@@ -1,4 +1,5 @@
-"""Judges examples/simulated: what stands, what falls, and that nothing helps where no help is asked for."""
+"""Judges examples/simulated: which robots stand, which fall, and that no external force acts unless the caller requests
+it."""
 
 import pathlib
 import subprocess
@@ -14,13 +15,13 @@ sys.path.insert(0, str(EXAMPLE))
 from body import MJCF, URDF, Body, Disturbances, load_gains  # noqa: E402
 from simulate import CLIPS, reference  # noqa: E402
 
-# Parts of the weight that the floor's mean force may be off while the robot stands.
+# The allowed error of the floor's mean force while the robot stands, as a fraction of the weight.
 WEIGHT_OFF = 0.05
 
 
 def main():
     gains, body = load_gains(), Body()
-    # The efforts are those of the file as it stands; the mass is that of the URDF, of which MuJoCo reads nothing here.
+    # The efforts come from the unchanged file. The mass comes from the URDF, which MuJoCo does not read here.
     limits = {joint.get("name"): joint.get("actuatorfrcrange") for joint in ET.parse(MJCF).getroot().iter("joint")}
     efforts = [float(limits[name].split()[1]) for name in body.names]
     assert np.array_equal(body.efforts, efforts), "efforts differ from those of the MJCF"
@@ -61,7 +62,7 @@ def main():
         subprocess.run(
             [sys.executable, "-m", "mocap", "convert", files[0], bvh, "--body", URDF, "--quiet"], check=True
         )
-        # The pelvis of the file is where the simulation had it: MuJoCo's +Z up is mocap's +Y.
+        # The pelvis of the file is at its position in the simulation; MuJoCo's +Z is mocap's +Y.
         there, here = mocap.read(bvh).to_numpy(out_unit="m", out_up="z").positions, np.load(files[0])["qpos"]
         assert len(there) == len(here)
 

@@ -1,10 +1,10 @@
-"""Where Assimp has the nodes of a file."""
+"""Finds the positions of a file's nodes in Assimp."""
 
 import json
 import math
 import subprocess
 
-# In frames: Assimp prints six digits of the time of a key too.
+# In frames: Assimp prints the time of a key with six digits too.
 NEXT = 0.05
 
 
@@ -13,7 +13,7 @@ def run(*args):
 
 
 def multiply(a, b):
-    """Of matrices of four rows, as lists of 16 numbers."""
+    """The product of 4 x 4 matrices, which are lists of 16 numbers."""
     return [sum(a[4 * row + k] * b[4 * k + column] for k in range(4)) for row in range(4) for column in range(4)]
 
 
@@ -31,7 +31,8 @@ def matrix(position, rotation, scale):
 
 
 def key_at(keys, time, near):
-    """The value at a time: along a line, or an arc where it is a rotation. A key is at that time within `near`."""
+    """The value at a time: linear, or along an arc for a rotation. A key within `near` of the time counts as at the
+    time."""
     before = max((key for key in keys if key[0] <= time + near), key=lambda key: key[0], default=keys[0])
     after = min((key for key in keys if key[0] >= time - near), key=lambda key: key[0], default=keys[-1])
     if before[0] >= after[0]:
@@ -50,8 +51,8 @@ def key_at(keys, time, near):
 
 
 def assimp(path, folder, seconds, file_rate, metres=0.01):
-    """The places of all nodes by name at these times, the end in seconds, and the rate, as Assimp has them. It keeps the
-    unit of the file, which is so many metres."""
+    """The positions of all nodes by name at these times, the end in seconds, and the rate, as Assimp reads them. Assimp
+    keeps the unit of the file, whose length in metres is an argument."""
     out = folder / "assimp.json"
     out.unlink(missing_ok=True)
     ran = run("assimp", "export", path, out, "-fassjson")
@@ -73,7 +74,7 @@ def assimp(path, folder, seconds, file_rate, metres=0.01):
             channel = channels.get(node["name"])
             local = node["transformation"]
             if channel:
-                # A rate of its own is one tick a second there.
+                # Assimp gives one tick a second for a custom frame rate.
                 tick, near = time * rate, NEXT * rate / file_rate
                 local = matrix(
                     key_at(channel["positionkeys"], tick, near),

@@ -1,4 +1,4 @@
-"""Imports FBX and glTF files into Blender and prints what it makes of them, as JSON.
+"""Imports FBX and glTF files into Blender and prints the result as JSON.
 
 usage: python blender.py < REQUESTS > ANSWERS
 
@@ -30,11 +30,11 @@ IMPORTERS = {
 }
 
 
-# What the importers print of every file.
+# Lines that the importers print for every file.
 SAID = ("FBX version", "FBX import of", "Failed to open dir")
 
 
-# In metres: nothing says where a bone points whose child stands in the same place.
+# In metres: a bone whose child is nearer than this has no known direction.
 COINCIDENT = 1e-3
 
 
@@ -48,8 +48,8 @@ def children(bone, size):
 
 
 def off_child(armatures):
-    """The angle between each bone and the line to its child; of several children to the nearest of them, or to their
-    middle, where that is not the bone itself."""
+    """The angle between each bone and the line to its child; with several children, to the nearest child or to their
+    middle, whichever angle is less."""
     found = {}
     for armature in armatures:
         size = armature.matrix_world.to_scale().x
@@ -66,13 +66,13 @@ def off_child(armatures):
 
 
 def up(place):
-    # Blender points up along Z.
+    # Blender's up axis is Z.
     return [place.x, place.z, -place.y]
 
 
 @contextlib.contextmanager
 def console(lines):
-    """Collects what is printed, by Python and by C."""
+    """Collects the output of Python and of C."""
     with tempfile.TemporaryFile(mode="w+") as file:
         saved = os.dup(1), os.dup(2)
         sys.stdout.flush()
@@ -102,7 +102,8 @@ def answer(request):
     armatures = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
     meshes = sorted((thing for thing in bpy.data.objects if thing.type == "MESH"), key=lambda thing: thing.name)
     rate = scene.render.fps / scene.render.fps_base
-    # The importer in Python puts keys at the whole rate times their seconds, the other one at the exact rate.
+    # The importer in Python multiplies the seconds of keys by the rounded rate; the built-in importer uses the exact
+    # rate.
     of_keys = rate if request.get("importer") == "wm.fbx_import" else scene.render.fps
     ends = [action.frame_range[1] / of_keys for action in bpy.data.actions]
     answer = {

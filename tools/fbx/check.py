@@ -1,4 +1,4 @@
-"""The judge of `check`."""
+"""Judges the files of `check`."""
 
 import json
 import math
@@ -22,28 +22,29 @@ BLENDER = os.environ.get("BLENDER_PYTHON")
 ALLOWED = 5e-5
 SAMPLE = 10
 TIMES = 8
-# Fixtures of which a joint is so far away that single precision has no more of it: allowed as a share of that.
+# Fixtures with a joint so far away that single precision limits its position; the allowed error is a fraction of the
+# distance.
 SINGLE = 4e-6
-# Blender keeps a bone as the places of its head and its tail in single precision. A bone that is short and far from the
-# origin is therefore turned a little, and with it the way of a root along it.
+# Blender stores a bone as the positions of its head and its tail in single precision. So a short bone far from the
+# origin turns a little, and with it the path of a root along the bone.
 BLENDER_ALLOWED = {"run.fbx": 2e-4}
-# Characters stay the files that they were. Of these Blender takes the root for the armature, and does not know the type of
-# some properties.
+# Characters keep their files. In these, Blender takes the root for the armature, and does not know the type of some
+# properties.
 KEPT = {"arnaud.fbx": "Hips"}
 # The importer built in since Blender 4.5, and the one in Python before it.
 IMPORTERS = ["wm.fbx_import", "import_scene.fbx"]
 # Blender's importer of glTF moves a bone of it, with --bone-axis and without.
 OTHERWISE_IN_GLTF = {"animation_with_skeleton.fbx"}
-# Joints without names, for which the file has names that tell nothing of them.
+# Joints without names; the file has arbitrary names for them.
 UNNAMED = {"unnamed_joints_between_meshes.gltf"}
 # Morph targets without a skeleton, which Rust tests judge.
 FACES = {"face_alone.gltf"}
-# In degrees: between a bone of a file with `--bone-axis y` and the line to its child, in Blender.
+# The largest angle in degrees between a bone of a file with `--bone-axis y` and the line to its child, in Blender.
 OFF_CHILD = 5
 
 
 def read_npz(path):
-    """The arrays of an archive that numpy would read: names, places and times."""
+    """The arrays of a NumPy archive: names, positions and times."""
     found = {}
     with zipfile.ZipFile(path) as archive:
         for name in archive.namelist():
@@ -69,7 +70,7 @@ def texts(entry):
 
 
 def unique(names):
-    """The names in the file: each once."""
+    """The names in the file, each of them unique."""
     taken, last, made = set(), {}, []
     for name in names:
         name = "".join("_" if ord(c) < 32 or 127 <= ord(c) < 160 else c for c in name)
@@ -83,7 +84,7 @@ def unique(names):
 
 
 class Fixture:
-    """A file that was converted, and where its joints are."""
+    """A converted file, and the positions of its joints."""
 
     def __init__(self, path, folder, bound):
         self.path, self.folder, self.bound = path, folder, bound
@@ -119,7 +120,7 @@ class Fixture:
         step = 3 * joints
         # A file without a motion has no rate.
         self.rate = numbers(arrays["frame_rate"])[0][0] or 30.0
-        # Without a frame there are bones to count alone.
+        # Without a frame, the check only counts bones.
         last = self.frames - 1
         chosen = sorted({round(index * last / (TIMES - 1)) for index in range(TIMES if self.frames else 0)})
         self.seconds = [frame / self.rate for frame in chosen]
@@ -132,8 +133,8 @@ class Fixture:
         return True
 
     def compare(self, who, frames, seconds_end, allowed, without=None):
-        """Places by name, at each time, but of the joint `without`. What a program may be off by comes on top of the largest
-        error."""
+        """Positions by name at each time, except of the joint `without`. The largest error is added to the program's
+        allowed error."""
         worst = 0.0
         allowed += self.bound
         for ours, theirs in zip(self.places, frames):
@@ -187,10 +188,10 @@ class Fixture:
             self.notes.append(f"{degrees:.2f} degrees off the child")
             if degrees > OFF_CHILD:
                 self.failures.append(f"{who}: {bone} is {degrees:.2f} degrees off the line to its child")
-        # Names are cut there.
+        # The program shortens names to this length.
         names = [name.encode()[:63].decode(errors="ignore") for name in self.names]
         expected = [name for name in names if name != root]
-        # The importer of glTF makes bones of groups above and between joints too.
+        # The importer of glTF also makes bones from groups above and between joints.
         bones = [name for name in found["bones"] if importer != "import_scene.gltf" or name in names]
         if sorted(bones) != sorted(expected):
             self.failures.append(f"{who}: {len(bones)} bones, and not {len(expected)}")
@@ -198,7 +199,7 @@ class Fixture:
         frames = [dict(zip(found["bones"], frame)) for frame in found["places"]]
         frames = [{name: frame[short] for name, short in zip(self.names, names) if short != root} for frame in frames]
         self.compare(who, frames, found["end"], BLENDER_ALLOWED.get(self.path.name, self.allowed), root)
-        # The importer of glTF leaves the rate alone.
+        # The importer of glTF does not change the rate.
         if importer != "import_scene.gltf" and self.frames > 1 and abs(found["rate"] / self.rate - 1) > 1e-5:
             self.failures.append(f"{who}: {found['rate']} frames a second, and not {self.rate}")
 

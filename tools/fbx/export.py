@@ -1,4 +1,5 @@
-"""Size and time of Blender's FBX exporter for the motion of an FBX file: as it simplifies by default, and with every key.
+"""Measures size and time of Blender's FBX exporter for the motion of an FBX file: with its default simplification, and
+with every key.
 
 usage: python export.py FILE.fbx OUT.fbx
 """

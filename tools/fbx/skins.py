@@ -1,9 +1,9 @@
-"""How far the vertices of characters in FBX are from those of their GLB, as Blender moves both.
+"""Compares the vertices of characters in FBX with the vertices of their GLB file, as Blender moves both.
 
 usage: python skins.py FPS GLB=FBX..
 
-Both files hold one motion on one character, by `mocap retarget MOTION CHARACTER -o FILE`. For three moments, the largest
-distance of a vertex of one from the nearest of the other.
+Both files hold one motion on one character, by `mocap retarget MOTION CHARACTER -o FILE`. Prints, for three moments,
+the largest distance of a vertex of one file from the nearest vertex of the other.
 """
 
 import contextlib
@@ -18,7 +18,7 @@ from mathutils.kdtree import KDTree
 def vertices(load, path, rate, seconds):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    # The importer of glTF leaves the rate alone.
+    # The importer of glTF does not change the rate.
     scene.render.fps, scene.render.fps_base = rate, 1.0
     with contextlib.redirect_stdout(io.StringIO()):
         load(path)

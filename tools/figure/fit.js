@@ -1,4 +1,4 @@
-// The ratios of lengths of bodies, as the fixtures have them, beside the table by which mocap guesses bones.
+// Compares the ratios of body lengths in the fixtures with the table by which mocap guesses bones.
 
 import { readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -11,7 +11,7 @@ import { length, sub } from "../roll/math.js";
 const TOP = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const { files } = JSON.parse(readFileSync(join(TOP, "fixtures/skeletons/truth.json"), "utf8"));
 
-/** The names, the parents and the places at rest of the nodes of a file. */
+/** The names, parents and rest positions of a file's nodes. */
 function skeleton(path) {
   if (path.endsWith(".bvh")) {
     const motion = readBvh(path);
@@ -102,7 +102,8 @@ for (const [, row, mean, spread] of table.matchAll(/Ratio::new\(\s*"([^"]+)",\s*
     console.log(`${row.padEnd(30)} ${mean} spread ${spread}    not measured`);
     continue;
   }
-  // Some skeletons have a length of 0 or ten times that of a body: the median, and the quartiles, do not see them.
+  // Some skeletons have a length of 0, or of ten times a body's length; the median and the quartiles ignore such
+  // lengths.
   logs.sort((a, b) => a - b);
   const quantile = (share) => logs[Math.round((logs.length - 1) * share)];
   const middle = quantile(0.5);

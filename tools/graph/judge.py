@@ -1,4 +1,4 @@
-"""Judges `mocap graph` by a statement of the paper in NumPy, by SciPy, and by kinematics of its own. See README.md."""
+"""Judges `mocap graph` with the paper's equation in NumPy, with SciPy, and with separate kinematics. See README.md."""
 
 import argparse
 import json
@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "clean"))
 import bvh  # noqa: E402
 
-# Metres in a unit of CMU's files, and the options of the program, which the judge states again.
+# The metres per unit of CMU's files, and copies of the program's default options.
 METRES, RATE, WINDOW = 0.0254 / 0.45, 31.25, 10
 OPTIONS = ["--unit", "cmu", "--rate", RATE, "--force"]
 FAILED = []
@@ -36,7 +36,8 @@ def run(*words):
 
 
 def cloud(motion):
-    """All joints and tips in every frame, in metres, and the weight of each: half the bones that meet there."""
+    """All joints and tips in every frame, in metres, and the weight of each: half the length of the bones that meet
+    there."""
     places = motion.positions()
     world = [None] * len(motion.names)
     lengths = np.zeros(len(motion.names) + len(motion.tips))
@@ -54,7 +55,8 @@ def cloud(motion):
 
 
 def distance(p, q, weights):
-    """Equation 1 of the paper with its closed form: frames x points x (x, y, z), +Y up; the root of the sum."""
+    """Equation 1 of the paper in its closed form, for frames x points x (x, y, z) with +Y up. Returns the square root
+    of the sum."""
     w = weights.ravel()
     (x, y, z), (x1, y1, z1) = p.reshape(-1, 3).T, q.reshape(-1, 3).T
     total, mx, mz, mx1, mz1 = w.sum(), w @ x, w @ z, w @ x1, w @ z1
@@ -69,8 +71,8 @@ def distance(p, q, weights):
 
 
 def exact(path, folder):
-    """A copy whose frame time is a number of few decimals, so that frames of the graph are frames of the clip, and
-    without the rest pose in its first frame."""
+    """A copy without the rest pose in the first frame. Its frame time has few decimals, so that frames of the graph are
+    frames of the clip."""
     motion = bvh.read(path).take(slice(1, None))
     motion.rate = 4 * RATE
     bvh.write(folder / path.name, motion)
@@ -102,7 +104,7 @@ def judge_distances(mocap, files, folder, count):
 
 
 def minima(matrix, threshold, is_same):
-    """Cells that are least among the eight around, below the threshold."""
+    """The cells below the threshold that are less than their eight neighbours."""
     padded = np.pad(matrix, 1, constant_values=np.inf)
     rows, columns = matrix.shape
     shifts = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]
@@ -148,7 +150,7 @@ def judge_minima(whole, matrix, threshold):
 
 
 def judge_all_minima(mocap, files, folder, threshold):
-    """The transitions among several clips, against the matrices of all pairs of them, whole."""
+    """Compares the transitions among several clips with the complete matrices of all pairs of clips."""
     graph, matrix, truth = folder / "all.json", folder / "pair.npy", set()
     run(mocap, "graph", *files, *OPTIONS, "--threshold", f"{threshold}m", "--whole", "-o", graph)
     for first in range(len(files)):
@@ -163,7 +165,7 @@ def judge_all_minima(mocap, files, folder, threshold):
 
 
 def speeds(places, rate):
-    """How fast each joint is, and how much it is accelerated."""
+    """The speed and the acceleration of each joint."""
     speed = np.linalg.norm(np.diff(places, axis=0), axis=2) * rate
     acceleration = np.linalg.norm(np.diff(places, 2, axis=0), axis=2) * rate**2
     return speed, acceleration
@@ -173,8 +175,8 @@ FEET = [("Left", ["LeftFoot", "LeftToeBase"]), ("Right", ["RightFoot", "RightToe
 
 
 def slide(motion, places):
-    """The mean speed over the ground of feet in contact: low (3 cm above the level of the joint) and slow (15 cm/s), for
-    0.08 s or longer. Of the joints of a foot the slowest counts, for a foot turns about its heel or its ball."""
+    """The mean speed over the ground of feet in contact: low (3 cm above the level of the joint) and slow (15 cm/s),
+    for 0.08 s or longer. Only the slowest joint of a foot counts, because a foot turns about its heel or its ball."""
     slides = []
     for _, names in FEET:
         joints = [motion.names.index(name) for name in names if name in motion.names]
@@ -227,10 +229,10 @@ def judge_walk(mocap, files, folder, threshold, seconds, seed):
 
 
 def turning(mocap, walk, folder):
-    """The walk, and the same bent along arcs to both sides: clips that turn."""
+    """The walk, and the walk bent along arcs to both sides, as clips that turn."""
     motion = bvh.read(walk)
     length = np.linalg.norm((motion.root[-1] - motion.root[0])[[0, 2]]) * METRES
-    # Where it goes: along this, with its left on the other side.
+    # The direction in which the figure walks, as an angle from +X to +Z; a larger angle is further right.
     along = np.arctan2(*(motion.root[-1] - motion.root[0])[[2, 0]])
     files = [walk]
     for radius in [1.0, 2.0, -1.0, -2.0]:
@@ -244,7 +246,7 @@ def turning(mocap, walk, folder):
 
 
 def arc(*pieces):
-    """A path of pieces: lengths in metres, and by how much it turns along each, in degrees."""
+    """A path of pieces: the length of each piece in metres, and its turn in degrees."""
     points, direction = [np.zeros(2)], 0.0
     for length, turn in pieces:
         for _ in range(round(length / 0.1)):
@@ -263,7 +265,7 @@ PATHS = [
 
 
 def nearest(path, place, reached):
-    """How far along a path the point nearest to a place is, not more than a metre behind or before `reached`."""
+    """The distance along a path to the point nearest to a position, at most a metre before or after `reached`."""
     starts, steps = path[:-1], np.diff(path, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     before = np.concatenate([[0], np.cumsum(lengths)[:-1]])
@@ -324,7 +326,7 @@ def judge_speed(mocap, file, folder):
 
 
 def judge_hostile(mocap, graph, folder):
-    """Damaged graphs are errors of the file, and nothing is written."""
+    """Damaged graphs give an error of the file, and no output."""
     text = graph.read_text()
     whole = json.loads(text)
     damaged = [b"", b"{}", b"[]", b"\xff\xfe\x00", text.encode()[: len(text) // 2], text.replace('"motion-graph": 1', '"motion-graph": 2')]
@@ -365,7 +367,7 @@ def judge_hostile(mocap, graph, folder):
         done = subprocess.run(words, capture_output=True, text=True, timeout=60, cwd=folder)
         is_clean = done.returncode in (1, 2) and not out.exists() and "panicked" not in done.stderr
         refused += is_clean
-        # A digit of a distance that is another, or a letter of an option, may still be a graph.
+        # With another digit in a distance, or another letter in an option, the file may still be a valid graph.
         if not is_clean and (index < len(damaged) - 40 or done.returncode != 0):
             hold(f"damaged graph {index}", f"{done.returncode} {done.stderr}", "an error", False)
         out.unlink(missing_ok=True)

@@ -1,11 +1,11 @@
-"""Half a million frames to a graph: how long it takes, and how much memory.
+"""Makes a graph of half a million frames, and measures time and memory.
 
     large.py PROGRAM [FRAMES] [FOLDER]
 
-Clips of fixtures/real are put on one skeleton. Of these, parts of 30 s are taken by chance, at 0.8 to 1.25 times their speed,
-with every channel of a rotation moved by up to 8 degrees and by a slow wave of up to 4: takes of other people, as it were. All
-of it follows from one seed. Prints the time and the memory of `mocap graph`, and how many transitions there are. With FOLDER
-the clips stay there, or are taken from there.
+Clips of fixtures/real are retargeted to one skeleton. Random parts of 30 s get 0.8 to 1.25 times their speed. Every
+rotation channel gets an offset of up to 8 degrees and a slow wave of up to 4 degrees, to imitate takes of other people.
+One seed determines everything. Prints the time and the memory of `mocap graph`, and the number of transitions. With
+FOLDER, the clips stay in this folder for later runs.
 """
 
 import resource
@@ -28,7 +28,7 @@ RATE, SECONDS = 30, 30
 
 
 def read(path):
-    """The header of a BVH file, its rows 30 times a second, and which columns turn."""
+    """The header of a BVH file, its rows at 30 frames a second, and the columns of rotations."""
     head, rows = path.read_text().split("Frame Time:")
     step, rows = rows.split("\n", 1)
     values = np.array([line.split() for line in rows.splitlines() if line.strip()], float)
@@ -77,7 +77,7 @@ def compare(program, folder, graph):
     seconds, used = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     processor = used.ru_utime + used.ru_stime - before.ru_utime - before.ru_stime
     print(done.stderr.strip().splitlines()[-1])
-    # The largest memory is that of any command so far; this one takes most.
+    # The system gives the largest memory of all commands so far; this command uses most.
     print(f"{seconds:.1f} s, {processor:.1f} s of processor time, {used.ru_maxrss / 1024:.0f} MB at most")
 
 

@@ -1,4 +1,4 @@
-"""Judges hands that `mocap retarget` keeps on what they touch. See README.md."""
+"""Judges whether `mocap retarget` keeps hands on the objects that they touch. See README.md."""
 
 import pathlib
 import subprocess
@@ -12,7 +12,8 @@ import plant
 
 HERE = pathlib.Path(__file__).resolve().parent
 FIXTURES = HERE / "../../fixtures/characters"
-# Hips, head, left upper arm, hand, thigh, shin and foot, as a person reads the files; right is by the name.
+# The hips, head, left upper arm, hand, thigh, shin and foot of the files, mapped by hand; the right joints follow from
+# the names.
 CHARACTERS = {
     "human_default.glb": ["root", "head", "upperarm01.L", "wrist.L", "upperleg01.L", "lowerleg01.L", "foot.L"],
     "human_game_engine.glb": ["pelvis", "head", "upperarm_l", "hand_l", "thigh_l", "calf_l", "foot_l"],
@@ -25,11 +26,11 @@ CHARACTERS = {
     "q_knight.fbx": ["Body", "Head", "UpperArm.L", "Palm.L", "UpperLeg.L", "LowerLeg.L", "Foot.L"],
     "q_human2017.fbx": ["Hips", "Head", "LeftArm", "LeftHand", "LeftUpLeg", "LeftLeg", "LeftFoot"],
 }
-# Seconds in which hands touch, with a tenth to come to rest.
+# The seconds in which hands touch, after a tenth of a second to come to rest.
 TOUCHES = (1.35, 3.1)
 LOOKS = 8
-# The most that is allowed: metres between wrists, of a hand on a knee from where the source has it, of a hand in the head, and the
-# ratio of jerks.
+# The limits: the error in metres between wrists, of a hand on a knee relative to the source, of a hand in the head, and
+# the ratio of jerks.
 APART, KNEE, INSIDE, JERK = 0.06, 0.05, 0.005, 1.2
 
 
@@ -69,7 +70,8 @@ class Take:
         return np.array(found)
 
     def depth(self, world):
-        """How deep the deepest vertex of a hand is in the head, by the nearest vertex of the head and its normal."""
+        """The depth of a hand's deepest vertex in the head, measured from the head's nearest vertex along its
+        normal."""
         head = self.joint["head", 0]
         points, faces = self.file.skin(world, lambda joint: self.file.below(joint, head))
         normals = np.zeros_like(points)
@@ -77,7 +79,7 @@ class Take:
         for corner in range(3):
             np.add.at(normals, faces[:, corner], across)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        # Of a head that is drawn inside out.
+        # Flips the normals of a head that is drawn inside out.
         normals *= np.sign((normals * (points - points.mean(0))).sum()) or 1
         low, high = points.min(0), points.max(0)
         deepest = 0.0
@@ -91,7 +93,7 @@ class Take:
 
 
 def judge(motion, take, free, source):
-    """What is measured, and whether it is as it should be."""
+    """The measured values, and whether they are within the limits."""
     times = np.linspace(*TOUCHES, LOOKS)
     worlds = [take.file.world(time) for time in times]
     jerks, was = take.jerks(), free.jerks()

@@ -71,7 +71,8 @@ class Glb:
         return matrix(*parts)
 
     def world(self, time, nodes=None):
-        """The matrices to the world of all nodes, or of some and those above them; without a time at rest."""
+        """The matrices from nodes to the world, of all nodes or of some nodes and their ancestors; at rest if no time
+        is given."""
         found = {}
 
         def of(node):
@@ -90,7 +91,7 @@ class Glb:
         return node == top
 
     def skin(self, world, is_part):
-        """The vertices that move for the most part with the joints of a part, and the faces between them."""
+        """The vertices that move mostly with the joints of a body part, and the faces between them."""
         vertices, faces = [], []
         for node, of_node in enumerate(self.json["nodes"]):
             if "mesh" not in of_node or "skin" not in of_node:

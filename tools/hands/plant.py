@@ -1,4 +1,4 @@
-"""Motions whose hands touch something, by forward and inverse kinematics of their own.
+"""Makes motions whose hands touch something, with its own forward and inverse kinematics.
 
 The body is 1.75 m tall, in metres, Y up, facing +Z, with a T-pose at rest. Hands come from the sides, touch for two
 seconds while the body sways, and go back.
@@ -47,7 +47,7 @@ def slerp(a, b, t):
 
 
 class Figure:
-    """Rotations to the world, and positions that follow from them."""
+    """World rotations, and the positions that follow from them."""
 
     def __init__(self):
         self.turn = {name: np.eye(3) for name in OFFSET}
@@ -58,14 +58,14 @@ class Figure:
         return self.root if parent is None else self.at(parent) + self.turn[parent] @ OFFSET[name]
 
     def trunk(self, degrees):
-        """Bends forward, the hips by half of it."""
+        """Bends forward; the hips bend by half of the angle."""
         for name, part in (("Hips", 0.5), ("Spine", 0.75), ("Chest", 1), ("Neck", 0.8), ("Head", 0.5)):
             self.turn[name] = about(X, degrees * part)
         for side in ("Left", "Right"):
             self.turn[f"{side}Shoulder"] = self.turn["Chest"]
 
     def limb(self, upper, lower, end, goal, pole):
-        """Brings the end of two bones to a goal, with the joint between them towards the pole."""
+        """Moves the end of two bones to a goal, with the middle joint towards the pole."""
         start, a, b = self.at(upper), np.linalg.norm(OFFSET[lower]), np.linalg.norm(OFFSET[end])
         way = goal - start
         length = min(np.linalg.norm(way), 0.999 * (a + b))
@@ -141,7 +141,7 @@ def standing(contact, bend=0.0, down=0.0):
             down_at = shoulder + np.array([0.1 * s, -0.5, 0.05])
             rest = (down_at, -Y + 0.1 * Z, -s * X, -Z + 0.3 * s * X)
             goal = goals.get(side, rest)
-            # In an arc before the body, and outside.
+            # Moves in an arc in front of the body, and to the outside.
             arc = 0.12 * np.sin(np.pi * part) * (Z + 0.8 * s * X)
             turns = [basis(g[1], g[2]) for g in (rest, goal)]
             turn = slerp(*turns, part)
@@ -159,7 +159,7 @@ def crawl():
         figure.turn["Hips"] = about(X, 74)
         figure.turn["Neck"], figure.turn["Head"] = about(X, 50), about(X, 25)
         figure.root = np.array([0.0, 0.49, step / period * t])
-        # A limb stands for 0.7 of a period, and swings ahead.
+        # A limb stands for 0.7 of a period, then swings ahead.
         def place(phase, ahead):
             cycle = t / period + phase
             whole, part = np.floor(cycle), cycle % 1

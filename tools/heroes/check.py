@@ -1,4 +1,4 @@
-"""The judge of `check`."""
+"""Judges the files of `check`."""
 
 import json
 import math
@@ -15,15 +15,16 @@ from document import Document
 ROOT = Path(__file__).resolve().parents[2]
 MOCAP = os.environ["MOCAP"]
 BLENDER = os.environ.get("BLENDER_PYTHON")
-# In metres: between a bone in Blender and the node of the GLB, whose keys are added up here.
+# The largest distance in metres between a bone in Blender and the node of the GLB file, whose position this script
+# computes.
 ALLOWED = 1e-5
-# The armature of this character is scaled by 0.01, and Blender's importer of glTF is farther off with it; its FBX of the
-# same clips is within the other limit.
+# The armature of this character is scaled by 0.01, which increases the error of Blender's glTF importer. The FBX files
+# of the same clips are within the other limit.
 SCALED = {("human_game_engine.glb", "import_scene.gltf"): 2e-5}
-# Of a joint that is farther away single precision, in which Blender counts, has no more: as a fraction of its distance.
+# The limit of a distant joint as a fraction of its distance, because Blender computes in single precision.
 SINGLE = 4e-6
 SAMPLE = 3
-# Motions by the system that made them; those of MOTIONS are counted as one system for each file.
+# Motions by the system that made them. Each file of MOTIONS counts as its own system.
 SYSTEMS = {
     "AMASS": ["arrays/amass_smpl.npz", "arrays/amass_smplh.npz", "arrays/amass_smplx_deflated.npz"],
     "ACCAD": ["skeletons/accad_run_turn.bvh"],
@@ -72,7 +73,7 @@ class Pair:
         self.failures, self.worst = [], {}
 
     def make(self):
-        """Whether both were made; a motion that is refused is no failure where it is refused for all."""
+        """Whether both files were made. A motion that is refused for all characters is no failure."""
         for output in [self.own, self.fbx]:
             made = run(MOCAP, "retarget", "--quiet", "--force", self.motion, self.hero, "-o", output)
             if made.returncode:
@@ -93,7 +94,7 @@ class Pair:
         times = max((document.values(sampler["input"]) for sampler in document.json["animations"][-1]["samplers"]), key=len)
         self.seconds = sorted({times[place][0] for place in (0, len(times) // 2, len(times) - 1)} | {end})
         self.truth = document.places(self.seconds)
-        # The importer of glTF takes no other suffix.
+        # The importer of glTF accepts no other suffix.
         glb = self.own.with_suffix(".in_blender.glb")
         shutil.copyfile(self.own, glb)
         of = [(glb, "import_scene.gltf"), (self.fbx, "wm.fbx_import"), (self.fbx, "import_scene.fbx")]

@@ -1,4 +1,4 @@
-"""What a GLB or VRM file holds, read with nothing but its JSON and its bytes."""
+"""Reads the content of a GLB or VRM file from its JSON and its bytes, without a glTF library."""
 
 import hashlib
 import json
@@ -25,7 +25,7 @@ class Document:
         return self.bytes[start : start + view["byteLength"]], view.get("byteStride")
 
     def raw(self, index):
-        """The bytes of each element of an accessor, one after the other, without what stands between them."""
+        """The bytes of each element of an accessor, one after the other, without the bytes between them."""
         accessor = self.json["accessors"][index]
         size = SIZES[accessor["componentType"]] * COMPONENTS[accessor["type"]]
         found = bytearray(size * accessor["count"])
@@ -66,7 +66,7 @@ class Document:
             found[name] = whole.hexdigest()
 
         def accessor(index):
-            """What it says, and its numbers; not where they stand."""
+            """The fields and the numbers of an accessor, without their position in the file."""
             said = document["accessors"][index]
             keys = ["componentType", "type", "count", "normalized", "min", "max"]
             return [json.dumps({key: said.get(key) for key in keys}).encode(), self.raw(index)]
@@ -93,7 +93,8 @@ class Document:
             if section in document:
                 add(section, document[section])
         add("extensionsUsed", sorted(document.get("extensionsUsed", [])))
-        # A node that moves states its matrix as translation, rotation and scale, which the positions judge.
+        # A moving node has translation, rotation and scale instead of a matrix; the comparison of positions judges
+        # them.
         moving = ("matrix", "translation", "rotation", "scale")
         for number, node in enumerate(document.get("nodes", [])):
             add(f"node {number}", {key: value for key, value in node.items() if key not in moving})
@@ -130,12 +131,12 @@ IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
 
 
 def multiply(a, b):
-    """Of matrices of four rows, as lists of 16 numbers."""
+    """The product of 4 x 4 matrices, which are lists of 16 numbers."""
     return [sum(a[4 * row + k] * b[4 * k + column] for k in range(4)) for row in range(4) for column in range(4)]
 
 
 def at(track, time):
-    """The value of a track: along a line, or along an arc where it is a rotation."""
+    """The value of a track: linear, or along an arc for a rotation."""
     if track is None:
         return None
     times, values = track

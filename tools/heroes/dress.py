@@ -1,6 +1,6 @@
 """Paints clothes on the texture of a GLB or VRM character, in place. See README.md.
 
-Each texel gets the garment of the bones that move it: shirt, trousers, shoes, hair or skin.
+The bones that move a texel determine its colour: shirt, trousers, shoes, hair or skin.
 """
 
 import json
@@ -47,7 +47,7 @@ def garment_of(name):
 
 
 def painted(document, data):
-    """The garment of each texel, and SKIN where no triangle is."""
+    """The garment of each texel, and SKIN for texels without a triangle."""
     primitive = document["meshes"][0]["primitives"][0]
     of = {name: values(document, data, index) for name, index in primitive["attributes"].items()}
     joints = document["skins"][0]["joints"]
@@ -110,7 +110,7 @@ def main(path):
     length = struct.unpack_from("<I", whole, 12)[0]
     document, data = json.loads(whole[20 : 20 + length]), whole[28 + length :]
     image = png(painted(document, data))
-    # The buffer is packed again, with the new image in the place of the old one.
+    # The buffer is written again, with the new image in place of the old image.
     place, packed = document["images"][0]["bufferView"], b""
     for index, view in enumerate(document["bufferViews"]):
         start = view.get("byteOffset", 0)

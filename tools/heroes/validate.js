@@ -1,4 +1,4 @@
-// Prints how many errors and warnings the Khronos validator finds in each file, a line of JSON each.
+// Prints the number of errors and warnings that the Khronos validator finds in each file, as one line of JSON per file.
 //
 // usage: node validate.js FILE..
 import { readFile } from "node:fs/promises";

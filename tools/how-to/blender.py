@@ -1,4 +1,4 @@
-"""Draws a file of a how-to page in Blender, at three moments, by Cycles, which needs no graphics card.
+"""Draws a file of a how-to page in Blender at three moments, with Cycles, which needs no graphics card.
 
     PYTHON tools/how-to/blender.py FILE.fbx PICTURE.jpg
 

@@ -1,4 +1,4 @@
-"""The judge of `check`."""
+"""Judges the commands for `check`."""
 
 import os
 import re
@@ -36,18 +36,18 @@ FILES = {
     "takes/b.bvh": "real/mocopi_jump_six_channels.bvh",
     "takes/c.bvh": "real/makehuman_zombie_walk.bvh",
 }
-# The pages with commands that use the results of each other.
+# The pages whose commands use each other's results.
 README_PAGES = [ROOT / "README.md", ROOT / "docs/commands.md"]
-# Their files: one command makes `take.bvh`, and its graph is of jumps that pass into each other.
+# The files of these pages. One command makes `take.bvh`; its graph joins jumps by transitions.
 README_FILES = {name: file for name, file in FILES.items() if name != "take.bvh" and not name.startswith("takes/")} | {
     "takes/a.bvh": "real/cmu_01_01.bvh",
 }
-# What these hear or send has no end.
+# These commands receive or send without end.
 WAITS = ("mocap record ", "mocap play ", "mocap bridge ")
 
 
 def printed(after):
-    """The lines of the block ```text that follows a command, each of which it prints."""
+    """The lines of the block ```text after a command; the command must print each of them."""
     if after[1:2] != ["```text"]:
         return []
     return after[2 : after.index("```", 2)]
@@ -68,7 +68,7 @@ def commands(lines):
 
 
 def picture_blocks(page):
-    """Each block of a page that makes pictures beside it: its text, and the names of the pictures."""
+    """Each block of a page that makes pictures beside the page: its text, and the names of the pictures."""
     for block in re.findall(r"(?:^    .*\n)+", page.read_text(), re.MULTILINE):
         names = [name for name in re.findall(r" ([\w-]+\.png)\b", block) if (page.parent / name).is_file()]
         if names:

@@ -1,4 +1,4 @@
-"""Joint centres of an ASF and AMC pair, in millimetres: kinematics of its own, after the description of the format."""
+"""Computes joint centres of an ASF and AMC pair in millimetres, by the description of the format, without mocap."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -44,7 +44,7 @@ def skeleton(path):
 
 
 def ends(asf, amc):
-    """Where each bone ends, frame by frame: name -> (frames, 3); that of `root` is where it stands."""
+    """The end of each bone, frame by frame: name -> (frames, 3). The end of `root` is its position."""
     bones, parents, scale = skeleton(asf)
     frames, names = [], list(parents)
     for line in open(amc):

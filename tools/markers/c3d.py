@@ -1,4 +1,4 @@
-"""Markers of a C3D file of an Intel processor, in millimetres: what the description of the format says, and no more."""
+"""Reads markers of a C3D file of an Intel processor in millimetres, strictly by the description of the format."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""Writes C3D files: reals or integers, of Intel, DEC and SGI. Made from the user guide; no code of mocap takes part."""
+"""Writes C3D files with reals or integers of Intel, DEC and SGI, by the user guide, without code of mocap."""
 
 import struct
 
@@ -40,8 +40,8 @@ def parameter(number, name, value, processor):
 
 
 def write(path, points, analog, groups, *, rate, per_frame, first=1, processor="intel", scale=-0.1):
-    """`points`: frame, point, (x, y, z, residual); `analog`: channel, sample, as they stand in the file. With a `scale`
-    above 0 both are integers."""
+    """`points`: frame, point, (x, y, z, residual); `analog`: channel, sample, in the units of the file. With a `scale`
+    above 0, both are integers."""
     frames, count = points.shape[:2]
     channels = len(analog)
     section = b"\1\x50\0" + bytes([PROCESSORS[processor]])

@@ -1,6 +1,6 @@
-"""Angles of hips, knees and ankles of a walk, solved by mocap, beside those that OpenSim's inverse kinematics found from
-the same markers with its model of ten degrees of freedom. The data may not be passed on: name the folder that has
-gait10dof_static.trc, gait10dof_walk.trc and gait10dof_walk_IK.mot, of opensim-org/opensim-models.
+"""Compares hip, knee and ankle angles of a walk solved by mocap with OpenSim's inverse kinematics of the same markers
+on a model with ten degrees of freedom. The licence does not allow copies of the data. The argument is the folder with
+gait10dof_static.trc, gait10dof_walk.trc and gait10dof_walk_IK.mot of opensim-org/opensim-models.
 """
 
 import pathlib
@@ -12,7 +12,7 @@ import numpy as np
 from judge import solve
 from scipy.spatial.transform import Rotation
 
-ANGLE = 5.0  # degrees, RMS about the constant offset of the two models' axes
+ANGLE = 5.0  # degrees, RMS about the constant offset between the axes of the two models
 
 
 def mot(path):
@@ -24,7 +24,7 @@ def mot(path):
 
 
 def angles(mocap, folder):
-    """What `mocap angles` writes of the same markers. In OpenSim's model a bent knee has a negative angle."""
+    """The output of `mocap angles` for the same markers. In OpenSim's model, a bent knee has a negative angle."""
     with tempfile.TemporaryDirectory() as made:
         output = pathlib.Path(made, "angles.mot")
         static = ["--markers", "auto", "--static", folder / "gait10dof_static.trc"]
@@ -34,7 +34,7 @@ def angles(mocap, folder):
 
 
 def compared(what, ours, theirs):
-    """The joints that are farther from OpenSim's than wanted."""
+    """The joints whose difference from OpenSim exceeds the limit."""
     bad = []
     for name in ("hip_flexion", "knee_angle", "ankle_angle"):
         for side in "lr":
@@ -56,7 +56,7 @@ def main():
     for name, joint in (("hip_flexion", "UpperLeg"), ("knee_angle", "LowerLeg"), ("ankle_angle", "Foot")):
         for side in ("left", "right"):
             turns = motion.turns[:, motion.names.index(side + joint)]
-            # Flexion first, about the axis to the left: a thigh or toes go forward and up by a negative angle.
+            # Flexion comes first, about the axis to the left: a negative angle moves a thigh or toes forward and up.
             ours = -np.degrees(np.unwrap(Rotation.from_quat(turns).as_euler("XYZ")[:, 0]))
             other = theirs[f"{name}_{side[0]}"]
             count = min(len(ours), len(other))

@@ -1,7 +1,8 @@
-"""Judges `mocap solve` on CMU's take 01_01: the markers of its C3D against the joints of its AMC, which CMU's own system
-made of the same markers. Nothing of mocap takes part: kinematics of ASF, of BVH and the reader of C3D are of here.
+"""Judges `mocap solve` on CMU's take 01_01. It compares the solution of the C3D file's markers with the joints of the
+AMC file, which CMU's system solved from the same markers. The C3D reader and the kinematics of ASF and BVH are in this
+folder and use no code of mocap.
 
-Prints figures, and with --hold exits with 1 where one is worse than README.md allows.
+Prints results. With --hold, the exit code is 1 if a result is worse than the limits in README.md.
 """
 
 import argparse
@@ -18,8 +19,8 @@ import acclaim  # noqa: E402
 import bvh  # noqa: E402
 import c3d  # noqa: E402
 
-# A joint of ours, and the bone of CMU's skeleton that ends there. CMU's forearm is two bones, of which the second ends
-# at the wrist.
+# A joint of mocap, and the bone of CMU's skeleton that ends at this joint. CMU's forearm is two bones, of which the
+# second ends at the wrist.
 ENDS = {
     "UpperLeg": "hipjoint",
     "LowerLeg": "femur",
@@ -35,7 +36,7 @@ FLIP = 90.0  # degrees between two frames at 120 Hz
 
 
 def angle(a, b, c):
-    """Of the two bones that meet at b, in degrees; 0 where they are straight."""
+    """The angle in degrees between the two bones that meet at b; 0 if they are straight."""
     first, second = b - a, c - b
     cosine = (first * second).sum(-1) / np.linalg.norm(first, axis=-1) / np.linalg.norm(second, axis=-1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
@@ -72,7 +73,7 @@ def main():
     frames = min(len(truth["root"]), len(motion.root))
     truth = {name: place[:frames] for name, place in truth.items()}
     places = {name: place[:frames] for name, place in places.items()}
-    # C3D (x, y, z) is (x, z, -y) here and (y, z, x) there.
+    # (x, y, z) of C3D is (x, z, -y) in mocap and (y, z, x) in CMU's skeleton.
     places = {name: np.stack([-p[:, 2], p[:, 1], p[:, 0]], 1) for name, p in places.items()}
     bad = []
 

@@ -1,6 +1,6 @@
-"""Lets OpenSim's kinematics plant OpenCap's markers on its own models, and compares the angles and the joints that mocap
-finds with those that were put in: models.py MOCAP MODELS MOTION.. [--hold]. MODELS is the folder OpenSim_Setup of the package
-Pose2Sim. A motion, of any file, only says how the model moves: OpenSim's coordinates and centres are the truth.
+"""Places OpenCap's markers on OpenSim's models with OpenSim's kinematics, and compares mocap's angles and joints with
+the model's: models.py MOCAP MODELS MOTION.. [--hold]. MODELS is the folder OpenSim_Setup of the package Pose2Sim.
+MOTION, any motion file, only moves the model: OpenSim's coordinates and centres are the truth.
 """
 
 import argparse

@@ -1,5 +1,5 @@
-"""Plants markers of CMU's set on the skeleton of a motion, spoils them by a seed, lets `mocap solve` make a skeleton of
-them, and compares: the truth is exact here. Kinematics are those of tools/clean/bvh.py.
+"""Places markers of CMU's set on the skeleton of a motion and adds errors from a seed. Then compares the skeleton of
+`mocap solve` with the original, which is the exact truth. tools/clean/bvh.py has the kinematics.
 """
 
 import argparse
@@ -23,8 +23,8 @@ CENTRES = 0.005  # m
 ANGLES = 1.5  # degrees
 METRES = 0.056444  # in a unit of CMU's BVH files
 
-# A marker: the joint that moves it, the joint that it is beside, how far from there in metres, in the axes of a T-pose:
-# to the left (outwards for the limbs), up, forward. Names are those of CMU's conversion to BVH.
+# A marker: the joint that moves it, the joint beside it, and its offset from that joint in metres along the axes of a
+# T-pose: left (outwards for the limbs), up, forward. Names are those of CMU's conversion to BVH.
 MIDDLE = {
     "C7": ("Spine1", "Neck", (0.0, 0.02, -0.06)),
     "T10": ("Spine1", "Spine1", (0.0, 0.0, -0.10)),
@@ -70,7 +70,7 @@ def planted(motion, random):
 
     def plant(label, moved, beside, offset):
         joint = index[moved]
-        # Nobody puts a marker where the book has it.
+        # Real markers are never exactly at their specified positions.
         local = (rest[index[beside]] - rest[joint]) * METRES + np.array(offset) + random.normal(0, 0.005, 3)
         markers[label] = places[:, joint] + world[joint].apply(local)
 
@@ -84,7 +84,8 @@ def planted(motion, random):
 
 
 def spoiled(markers, rate, random):
-    """Noise, gaps in runs, reflections, and pairs of markers with the labels of each other; and the list of those."""
+    """Adds noise, gaps in runs, reflections, and pairs of markers with exchanged labels. Returns the list of these
+    pairs."""
     labels = list(markers)
     track = np.stack([markers[label] for label in labels], 1)
     frames = len(track)

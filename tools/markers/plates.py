@@ -1,6 +1,6 @@
-"""Makes C3D files with events, analog channels and force plates, and compares what mocap reads of them with what ezc3d
-reads, and of plates that ezc3d does not read (types 5 to 7) with the forces that were put in:
-plates.py MOCAP [--make FILE [--types 5,6,7]]. The forces of somebody who stands on the plates are made by a seed."""
+"""Makes C3D files with events, analog channels and force plates, and compares mocap with ezc3d. For plates that ezc3d
+does not read (types 5 to 7), it compares mocap with the original forces: plates.py MOCAP [--make FILE [--types 5,6,7]].
+A seed gives the forces of a person on the plates."""
 
 import argparse
 import json
@@ -18,7 +18,7 @@ FIRST = 11  # the number of the first frame
 EVENTS = [("Foot Strike", "Left", 0.14), ("Foot Off", "Right", 0.17), ("Foot Strike", "Right", 0.25)]
 
 
-HALF = np.array([120.0, 200.0])  # half the distances of sensors at corners
+HALF = np.array([120.0, 200.0])  # half the distances between the sensors at the corners
 MATRIX = {4: (6, 6), 5: (6, 8), 6: (12, 12), 7: (8, 8)}
 CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6, 5: 8, 6: 12, 7: 8}
 
@@ -31,12 +31,12 @@ def wrench(samples, rng):
     """Force, centre and free moment of the ground, in the axes of the plate, z down."""
     force = np.stack([60 * np.sin(samples / 9), 40 * np.cos(samples / 7), -700 - 80 * np.sin(samples / 5)])
     centre = np.stack([30 * np.cos(samples / 11), 90 * np.sin(samples / 13)])
-    force[:, samples < 12] = rng.normal(0, 0.3, (3, 12))  # nobody is there yet
+    force[:, samples < 12] = rng.normal(0, 0.3, (3, 12))  # nobody is on the plate yet
     return force, centre, 3000 * np.sin(samples / 6)
 
 
 def channels_of(kind, force, centre, vertical, matrix):
-    """Raw values of a plate on which somebody stands."""
+    """Raw values of a plate on which a person stands."""
     moment = np.stack([centre[1] * force[2], -centre[0] * force[2], centre[0] * force[1] - centre[1] * force[0] + vertical])
     if kind == 1:
         return np.concatenate([force, centre, vertical[None]])
@@ -62,7 +62,7 @@ def channels_of(kind, force, centre, vertical, matrix):
 
 
 def matrices(kinds, rng):
-    """An array with room for the largest; those of small plates stand in its corner."""
+    """An array with room for the largest matrix; smaller matrices fill its corner."""
     rows, columns = np.max([MATRIX.get(kind, (6, 6)) for kind in kinds], axis=0)
     matrix = rng.normal(0, 1, (rows, columns, len(kinds)))
     for plate, kind in enumerate(kinds):
@@ -74,13 +74,13 @@ def matrices(kinds, rng):
 
 
 def make(path, kinds, processor="intel", scale=-1.0, seed=7):
-    """The raw values of the file; those of channels are less an offset, times a scale. Returns the forces that were put in."""
+    """The raw values of the file. The value of a channel is (raw - offset) x scale. Returns the original forces."""
     rng = np.random.default_rng(seed)
     samples = np.arange(FRAMES * PER_FRAME, dtype=float)
     points = np.concatenate([rng.normal(0, 300, (FRAMES, 2, 3)), np.zeros((FRAMES, 2, 1))], axis=2)
     truth = [wrench(samples, rng) for _ in kinds]
     emg = rng.normal(0, 2e-5, (1, len(samples)))
-    offsets = rng.integers(0, 9, sum(CHANNELS[kind] for kind in kinds) + 1)  # ezc3d takes negative ones without their sign
+    offsets = rng.integers(0, 9, sum(CHANNELS[kind] for kind in kinds) + 1)  # ezc3d ignores the sign of negative values
     matrix = matrices(kinds, rng)
     own = [matrix[: MATRIX[kind][0], : MATRIX[kind][1], plate] if kind in MATRIX else None for plate, kind in enumerate(kinds)]
     blocks = [channels_of(kind, *truth[plate], own[plate]) for plate, kind in enumerate(kinds)]
@@ -98,7 +98,7 @@ def make(path, kinds, processor="intel", scale=-1.0, seed=7):
         first += len(block)
     corners = np.zeros((3, 4, len(kinds)))
     for plate in range(len(kinds)):
-        turn = 0.3 * plate  # seen from above a plate's x goes on, its y to the other side, its z down
+        turn = 0.3 * plate  # seen from above, a plate's x points ahead, its y to the other side, its z down
         x = np.array([np.cos(turn), np.sin(turn), 0])
         y = np.array([np.sin(turn), -np.cos(turn), 0])
         middle = np.array([200 + 700 * plate, 150, 0])
@@ -119,7 +119,7 @@ def make(path, kinds, processor="intel", scale=-1.0, seed=7):
                   "TIMES": np.array([[0.0] * len(EVENTS), [time for *_, time in EVENTS]])},
     }
     blocks = 2
-    for _ in range(2):  # where the data begin follows from the length of what says so
+    for _ in range(2):  # the start of the data depends on the length of the section that states it
         groups["POINT"]["DATA_START"] = np.array([blocks])
         write(path, points, raw, groups, rate=RATE, per_frame=PER_FRAME, first=FIRST, processor=processor, scale=scale)
         blocks = 2 + pathlib.Path(path).read_bytes()[512 + 2]
@@ -205,7 +205,7 @@ def main():
                 path = pathlib.Path(folder) / "plates.c3d"
                 make(path, kinds, processor, scale)
                 compare(arguments.mocap, path, kinds)
-                # ezc3d does not read SGI's numbers: they are beside Intel's.
+                # ezc3d does not read SGI's numbers, so they are compared with Intel's.
                 if processor == "intel":
                     own = {name: table(arguments.mocap, name, path) for name in ("analog", "forces")}
                     make(path, kinds, "sgi", scale)

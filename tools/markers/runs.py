@@ -1,7 +1,8 @@
-"""Compares the gait events that mocap finds in runs with the flight of the body: runs.py MOCAP RUN.bvh ...
+"""Compares the gait events that mocap finds in runs with the flight phases of the body: runs.py MOCAP RUN.bvh ...
 
-The height of the centre of mass is fitted by a force for each contact: a half sine with two harmonics, and none in flight.
-So the truth is Newton's law. It uses no foot, except to say which one is on the ground. For CMU's BVH files of 120 Hz.
+A force for each contact, a half sine with two harmonics, is fitted to the height of the centre of mass; in flight the
+force is 0. So the truth comes from Newton's law. It uses the feet only to determine which foot is on the ground. For
+CMU's BVH files of 120 Hz.
 """
 
 import json
@@ -20,8 +21,8 @@ import bvh  # noqa: E402
 GRAVITY = 9.81
 LEG = 0.85  # m, which gives the unit of a file
 STEP = 5e-4  # s, of the integration
-APART = 150  # ms, from which an event is another one
-# Segments: upper joint, lower joint, mass, where the centre is between them (de Leva, J. Biomech. 29, 1996).
+APART = 150  # ms; events farther apart than this are different events
+# Segments: upper joint, lower joint, mass, position of the centre between them (de Leva, J. Biomech. 29, 1996).
 MIDDLE = [("Neck", "Head", 0.0694, 0.5), ("Hips", "Neck", 0.4346, 0.45)]
 SIDED = [("Arm", "ForeArm", 0.0271, 0.577), ("ForeArm", "Hand", 0.0162, 0.457), ("Hand", "Hand", 0.0061, 0.0),
          ("UpLeg", "Leg", 0.1416, 0.41), ("Leg", "Foot", 0.0433, 0.446), ("Foot", "ToeBase", 0.0137, 0.5)]
@@ -42,7 +43,7 @@ def centre(places):
 
 
 def contacts(height, rate):
-    """The begin and the end of each contact, and the RMS of the fit in metres."""
+    """The start and the end of each contact, and the RMS of the fit in metres."""
     times, fine = np.arange(len(height)) / rate, np.arange(0, len(height) / rate, STEP)
     smooth = filtfilt(*butter(2, 6 / (rate / 2)), height)
     force = np.gradient(np.gradient(smooth)) * rate * rate / GRAVITY + 1

@@ -1,5 +1,5 @@
-"""Takes the labels of markers away, lets `mocap solve` guess them, and counts the landmarks that are right: of CMU's take,
-and of markers planted by three seeds. The labels that were taken away are the truth.
+"""Removes the labels of markers, and counts the landmarks that `mocap solve` guesses correctly: in CMU's take, and in
+artificial markers of three seeds. The removed labels are the truth.
 """
 
 import argparse
@@ -27,7 +27,7 @@ def landmark(label):
 
 
 def guessed(mocap, labels, track, rate, metres):
-    """The landmarks that mocap says of markers called M1, M2, ..., and the motion."""
+    """The landmarks that mocap guesses for markers named M1, M2, ..., and the motion."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "unlabelled.trc"
         planted.trc(path, [f"M{index + 1}" for index in range(len(labels))], track * metres, rate)
@@ -56,13 +56,13 @@ def main():
         takes.append((f"planted, seed {seed}", labels, track, motion.rate, 1.0))
     for name, labels, track, rate, metres in takes:
         found, _, said = guessed(given.mocap, labels, track, rate, metres)
-        # The second of a name has a number.
+        # The second marker of a name has a number.
         wrong = [f"{label}: {own or 'none'}" for label, own in zip(labels, found) if landmark(label) != own.split(" ")[0]]
         print(f"{name}: {len(labels) - len(wrong)} of {len(labels)} landmarks are right; wrong: {', '.join(wrong) or 'none'}")
         words = next(line for line in said.split("\n") if line.startswith("markers: "))
         print(words)
         legs = [label for label, own in zip(labels, found) if landmark(label)[1:] in LEGS and landmark(label) != own]
-        # A guess may be wrong where it says so.
+        # A guess may be wrong if mocap marks it as uncertain.
         if given.hold and (legs or len(wrong) > 4 and words.endswith("(likely)")):
             sys.exit(f"{name}: wrong, and said to be likely")
 

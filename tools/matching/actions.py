@@ -1,9 +1,10 @@
-"""Whether `mocap find` finds the action of a take, moved to another skeleton, among its first five. See README.md.
+"""Checks that the first five results of `mocap find` include the action of a take that is retargeted to another
+skeleton. See README.md.
 
     actions.py MOCAP FIXTURES FOLDER [WHEEL]
 
-FOLDER gets takes, takes on other skeletons and the database. WHEEL is the package pybullet, whose motions are taken
-too.
+The script writes takes, takes on other skeletons and the database to FOLDER. WHEEL is the package pybullet, whose
+motions are used too.
 """
 
 import json
@@ -20,7 +21,8 @@ import deepmimic
 import numpy as np
 
 mocap, fixtures, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]), Path(sys.argv[3])
-# What the makers of the files call them; CMU's list has 01_01 forward jumps, 02_01 and 12_01 walk, 60 and 61 salsa.
+# The actions as the authors of the files name them. In CMU's list, 01_01 is forward jumps, 02_01 and 12_01 are walk, 60
+# and 61 are salsa.
 ACTIONS = {
     "walk": "real/cmu_12_01_walk.bvh real/cmu_02_01.amc real/additive_root_walk.bvh real/makehuman_zombie_walk.bvh "
     "real/motionbuilder_vicon_walk.bvh skeletons/bvhtoolbox_walk01.bvh walk 0walk_forward turn_left0 turn_left1 "
@@ -28,7 +30,7 @@ ACTIONS = {
     "run": "real/run.fbx skeletons/accad_run_turn.bvh run",
     "jump": "real/cmu_01_01.bvh real/mocopi_jump_six_channels.bvh skeletons/snu_character1_boxes.bvh jump",
     "dance": "real/rokoko_dance.bvh real/cmu_salsa_poser_names.bvh dance_a dance_b",
-    # Actions of which a take alone is at hand, and others: they are there to be found by mistake.
+    # Actions with a single take, and other actions; they are in the database as possible wrong results.
     "punch": "punch",
     "kick": "kick spinkick",
     "other": "real/cmu_mixed_rotation_orders.bvh real/z_up_dab.bvh real/kinect_openni.bvh "
@@ -37,7 +39,7 @@ ACTIONS = {
     "backflip cartwheel crawl getup_facedown getup_faceup roll spin",
 }
 JUDGED = ["walk", "run", "jump", "dance"]
-# Takes of one walk, made by turning it: none of them is an answer to another.
+# Takes of one walk in several directions: none of them counts as a result for another.
 ONE = [{"walk", "0walk_forward", "turn_left0", "turn_left1", "turn_right0", "turn_right1"}]
 SKELETONS = ["characters/human_game_engine.glb", "characters/human_vrm0.vrm", "real/biovision_example1.bvh"]
 SECONDS, FIRST = 1.0, 5
@@ -50,7 +52,7 @@ def run(*arguments):
 
 @cache
 def liveliest(path):
-    """The second in which joints move most, by positions of `mocap fk` about their middle."""
+    """The second in which the joints move most, by the positions of `mocap fk` relative to their mean."""
     npz = folder / f"{path.stem}.npz"
     run("fk", path, "--fps", 20, "--out-unit", "m", "-q", "--force", "-o", npz)
     positions = np.load(npz)["positions"].astype(float)
@@ -73,7 +75,7 @@ def asked(query):
     path = folder / f"{Path(name).stem}.{SKELETONS.index(skeleton)}.bvh"
     if not path.exists():
         run("retarget", take_of(name), "--to-skeleton", fixtures / skeleton, "-q", "-o", path)
-    # The take itself, and takes of one walk, are left out of what is found; none is found twice.
+    # The take itself and takes of the same walk do not count as results; no result counts twice.
     found = run("find", folder / "all.mdb", "--like", liveliest(path), "-n", 99, "--json")
     found = json.loads(found)
     own = next((takes for takes in ONE if name in takes), {name})

@@ -1,8 +1,8 @@
-"""Motions of DeepMimic (Peng and others, 2018), as the package pybullet ships them, as BVH.
+"""Converts motions of DeepMimic (Peng and others, 2018) from the package pybullet to BVH.
 
-A frame there is its duration, the place of the root, and local rotations, quaternions with w first or the angle of a
-hinge about +Z; the skeleton is the package's humanoid, four times as large. What wraps is played until it has lasted
-three seconds: each time the root goes on, and looks, where the time before ended.
+A frame has its duration, the position of the root, and local rotations: quaternions with w first, or the angle of a
+hinge about +Z. The skeleton is the package's humanoid, which is four times as large. A cyclic motion repeats for three
+seconds; each repetition starts at the last position and direction of the root.
 """
 
 import json
@@ -41,7 +41,7 @@ def matrices(q):
 
 
 def zxy(m):
-    """Degrees about Z, X and Y whose product m is."""
+    """The angles in degrees about Z, X and Y whose product is m."""
     x = np.arcsin(np.clip(m[..., 2, 1], -1, 1))
     z, y = np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(-m[..., 2, 0], m[..., 2, 2])
     return np.degrees(np.stack([z, x, y], -1))
@@ -57,7 +57,7 @@ def heading(m):
 
 
 def motion(text):
-    """Seconds of a frame, places of the root, and rotations by joint."""
+    """The seconds of a frame, the positions of the root, and the rotations by joint."""
     data = json.loads(text)
     frames = np.array(data["Frames"])
     step, places, rotations, at = frames[0, 0], frames[:, 1:4], {}, 4
@@ -109,7 +109,7 @@ def bvh(joints, step, places, rotations):
 
 
 def write(wheel, folder):
-    """Writes the motions that the package has."""
+    """Writes the motions of the package."""
     # The file ends with a byte of 0.
     joints = skeleton(xml.fromstring(wheel.read("pybullet_data/humanoid/humanoid.urdf").split(b"\0")[0]))
     for name in wheel.namelist():

@@ -1,9 +1,10 @@
-"""Holds database.bin and features.bin against a statement of their layout: what the controller of Holden's demonstration
-reads, and what it would compute. See README.md.
+"""Checks the layout and the values of database.bin and features.bin: the controller of Holden's demonstration must read
+them, and compute the same features. See README.md.
 
     holden.py FOLDER LEFT,RIGHT
 
-FOLDER has both files and joints.npz, what `mocap fk` says of the first clip; LEFT and RIGHT are the joints of the feet.
+FOLDER has both files and joints.npz, the output of `mocap fk` for the first clip; LEFT and RIGHT are the joints of the
+feet.
 """
 
 import sys
@@ -23,7 +24,7 @@ def held(what, value, most):
 
 
 class File:
-    """A file that is read from its begin to its end, and no further."""
+    """A file that is read exactly from its start to its end."""
 
     def __init__(self, path):
         self.bytes, self.at = path.read_bytes(), 0
@@ -102,14 +103,14 @@ differences = 30 * (np.roll(world, -1, 0) - np.roll(world, 1, 0))
 off = np.linalg.norm(speed - differences, axis=-1)[inner]
 held("velocities of the bones, m/s in the 99th percentile", np.percentile(off, 99), 0.02)
 
-# The joints of `mocap fk` on the character. The root of the file is no joint there.
+# The joints of `mocap fk` on the character. There, the root of the file is no joint.
 joints = np.load(folder / "joints.npz")
 found = world[starts[0] : stops[0], 1:]
 is_joint = ~joints["end_sites"]
 expected = joints["positions"][:, is_joint]
 count = min(len(found), len(expected))
 held("frames beside mocap fk", abs(len(found) - len(expected)), 1)
-# `mocap retarget` knows the floor of the body's own motion, a character without one stands where it rests.
+# `mocap retarget` knows the floor of a body's own motion. A character without motion stands at its rest height.
 shift = (found[:count] - expected[:count]).mean((0, 1))
 held("shift over the ground beside mocap fk, m", np.abs(shift[[0, 2]]).max(), 1e-3)
 held("joints beside mocap fk, m", np.abs(found[:count] - expected[:count] - shift).max(), 1e-3)

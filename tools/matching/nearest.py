@@ -1,4 +1,5 @@
-"""The nearest frames of `nearest_frames`, by brute force. The folder has its three files."""
+"""Finds the nearest frames with a full search, for comparison with `nearest_frames`. The folder has the three files of
+that example."""
 
 import sys
 
@@ -18,7 +19,7 @@ if len(answers) != len(queries):
 squares = (frames * frames).sum(axis=1)
 wrong = 0
 for query, (frame, distance) in zip(queries, answers):
-    # Products find what may be nearest; differences say what is.
+    # Products select candidates, and differences find the nearest of them.
     near = np.argpartition(squares - 2 * (frames @ query), 8)[:8]
     nearest = ((frames[near] - query) ** 2).sum(axis=1).min()
     own = ((frames[int(frame)] - query) ** 2).sum()

@@ -61,7 +61,7 @@ async function sdk(root) {
     console.log(`mcp: npm's client: ${tools.length} tools listed and called, ${resources.length} resources read`);
 }
 
-/** The inspector's command line, a process for each call. */
+/** The inspector's command line, with a process for each call. */
 function inspect(root, ...words) {
     const inspector = join(here, "node_modules/.bin/mcp-inspector");
     const command = ["--cli", mocap, "mcp", "--root", root, "--method", ...words];
@@ -74,7 +74,7 @@ function inspector(root) {
     for (const [tool, given, wanted] of calls) {
         const text = (value) => (typeof value === "string" ? value : JSON.stringify(value));
         const words = Object.entries(given).flatMap(([key, value]) => ["--tool-arg", `${key}=${text(value)}`]);
-        // What `verify` is asked about was written by another process, which only reading allows.
+        // Another process wrote the file for `verify`, so this session may only read the file.
         const answer = inspect(root, "tools/call", "--tool-name", tool, ...words);
         assert.ok(!answer.isError, `${tool}: ${JSON.stringify(answer.content)}`);
         hold(root, tool, given, wanted, answer.structuredContent);

@@ -1,4 +1,4 @@
-"""Speaks to `mocap mcp` by bytes, as one who means harm. See README.md."""
+"""Attacks `mocap mcp` with hostile messages. See README.md."""
 
 import json
 import os
@@ -49,7 +49,7 @@ class Server:
 
 
 def make_root(whole):
-    """A folder, and what must stay untouched and unread outside of it."""
+    """A folder, and files outside it that the server must neither change nor read."""
     root = whole / "root"
     root.mkdir()
     shutil.copy(FIXTURES / "real/cmu_short.bvh", root / "take.bvh")
@@ -60,14 +60,14 @@ def make_root(whole):
     os.symlink(whole / "secret.bvh", root / "link.bvh")
     os.symlink(whole / "folder", root / "linked")
     os.symlink(whole / "new.glb", root / "dangling.glb")
-    # A search that follows these never ends.
+    # A search that follows these links never ends.
     (root / "loops").mkdir()
     os.symlink(".", root / "loops/self")
     os.symlink("../loops", root / "loops/again")
     os.symlink("/", root / "loops/everything")
-    # Who reads this waits for ever.
+    # A reader of this file waits forever.
     os.mkfifo(root / "pipe.bvh")
-    # A file that refers to one outside of the folder: its buffer is a link.
+    # A file that refers to a file outside the folder: its buffer is a link.
     (whole / "secret.bin").write_bytes(bytes(64))
     os.symlink(whole / "secret.bin", root / "buffer.bin")
     buffer = {"uri": "buffer.bin", "byteLength": 64}
@@ -87,7 +87,7 @@ def snapshot(folder):
 
 
 def paths(server, whole):
-    """What leads out of the folder is refused, and what the session has not written is not replaced."""
+    """The server refuses paths out of the folder, and does not replace files that the session has not written."""
     outside = [
         "../secret.bvh",
         "../none.bvh",
@@ -122,7 +122,7 @@ def paths(server, whole):
         ]
         for index, answer in enumerate(answers):
             text = answer["content"][0]["text"]
-            # One of many files that cannot be read is a row.
+            # A file among many that cannot be read gives a row.
             is_row = (index, True) in [(1, '"error":1' in text), (2, '"unreadable":1' in text)]
             assert answer["isError"] or is_row, (path, index, text)
             assert "frames\":75" not in text.replace("take.bvh", "") or is_row, (path, text)
@@ -141,7 +141,7 @@ def paths(server, whole):
     for folder in ["../new/", ".", "linked/"]:
         answer = server.call("convert", inputs=["take.bvh"], output=folder, to="bvh")
         assert answer["isError"], (folder, answer)
-    # A folder that leads out by a link among its entries: the entries outside are not there.
+    # A folder with a link to the outside: the result omits the entries outside.
     for inputs in [".", "*", "**", "**/*", "*/*", "*/*/*/*/*/*", "[!x]*/**"]:
         found = server.call("survey", inputs=[inputs])["structuredContent"]
         assert not any("secret" in clip["file"] or "link" in clip["file"] for clip in found.get("clips", [])), found
@@ -151,7 +151,7 @@ def paths(server, whole):
 
 
 def own_outputs(server):
-    """What the session has written it may write again; an input never."""
+    """The session may replace its own outputs, but never an input."""
     first = server.call("convert", inputs=["take.bvh"], output="out.bvh")
     again = server.call("convert", inputs=["take.bvh"], output="out.bvh")
     assert not first["isError"] and not again["isError"], again
@@ -160,7 +160,7 @@ def own_outputs(server):
 
 
 def messages(server):
-    """Messages that are none."""
+    """Invalid messages."""
     wrong = {
         b"{": -32700,
         b"\xff\xfe": -32700,
@@ -191,7 +191,7 @@ def messages(server):
     assert server.request("tools/call", name="rm")["error"]["code"] == -32602
     assert server.request("tools/call", name="check", arguments=[])["error"]["code"] == -32602
     assert server.request("resources/read", uri="file:///etc/passwd")["error"]["code"] == -32602
-    # None of these is answered: the next answer is that of the request.
+    # None of these gets an answer: the next answer belongs to the request.
     nobody = [{"requestId": id} for id in (1, "1", None, 10**30, [], {})] + [None, [], "1"]
     cancelled = [{"method": "notifications/cancelled", "params": params} for params in nobody]
     for silent in [{"method": "notifications/cancelled"}, {"method": "nonsense"}, {"id": 1, "result": {}}, *cancelled]:
@@ -204,7 +204,8 @@ def messages(server):
 
 
 def calls_at_once(server):
-    """A call that hangs blocks no other, and ends when it is cancelled. An identifier is of one call at a time."""
+    """A call that hangs blocks no other call, and ends when it is cancelled. Only one call at a time may use an
+    identifier."""
 
     def send(id, method="tools/call", **params):
         message = {"jsonrpc": "2.0", "id": id, "method": method, "params": {"_meta": META} | params}
@@ -226,7 +227,7 @@ def calls_at_once(server):
     assert server.call("inspect", input="take.bvh")["structuredContent"]["frames"] == 75
     for id in ["hang", 2**63, long]:
         cancel(id)
-    # More than may wait, all at once: each is answered once, or cancelled.
+    # Sends more calls than may wait: each gets one answer, or is cancelled.
     for id in range(1000, 1300):
         send(id, **hang)
     for id in range(1000, 1300):
@@ -240,7 +241,7 @@ def calls_at_once(server):
 
 
 def random_calls(server, whole, count):
-    """Calls of every tool with arguments that are none, some beside each other: each is answered, and none is done."""
+    """Calls of every tool with invalid arguments, some at the same time: each gets an answer, and none runs."""
     dice = random.Random(int(os.environ.get("MOCAP_SEED", 7)))
     tools = server.request("tools/list")["result"]["tools"]
     paths = ["../secret.bvh", "/etc/passwd", str(whole / "secret.bvh"), "linked/secret.bvh", "pipe", "loops/self/x", "", "."]
@@ -258,7 +259,7 @@ def random_calls(server, whole, count):
         tool = dice.choice(tools)
         names = [*tool["inputSchema"]["properties"], "nonsense", "../x"]
         arguments = {name: value() for name in dice.sample(names, dice.randrange(len(names)))}
-        # A tool whose output leads out does nothing, whatever else is asked.
+        # A tool whose output path leads out of the folder does nothing, whatever its other arguments.
         for name in {"output", "html", "sarif", "matrix"} & {*names}:
             arguments[name] = dice.choice(["../out.glb", str(whole / "out.glb"), "dangling.glb", "mine.glb", "linked/x.glb"])
         id = dice.choice([f"call {number}", number + 10_000])

@@ -1,4 +1,4 @@
-"""Lists and calls every tool of `mocap mcp` with the client of PyPI `mcp`, and plays an agent. See README.md."""
+"""Lists and calls every tool of `mocap mcp` with the client of PyPI `mcp`, and imitates an agent. See README.md."""
 
 import asyncio
 import base64
@@ -18,7 +18,7 @@ TOOLS = (
     "convert retarget robot edit clean sheet verify score run read"
 ).split()
 
-# Calls of every tool: its name, arguments, and what must be in the answer.
+# Calls of every tool: its name, its arguments, and required parts of the answer.
 CALLS = json.loads((Path(__file__).parent / "calls.json").read_text())
 
 
@@ -97,7 +97,7 @@ def glb(path):
 
 
 async def agent(mocap):
-    """From a folder of takes to a clip on a character, deciding by the answers alone."""
+    """Makes a clip on a character from a folder of takes, with decisions by the answers alone."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         make_root(folder)

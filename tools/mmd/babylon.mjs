@@ -1,10 +1,10 @@
-// Poses a model by babylon-mmd's bones, IK and inheritance: reads {bones, frames} as JSON, writes for each frame and bone the
-// 16 numbers of its matrix. MODULES is the folder with node_modules.
+// Poses a model with babylon-mmd's bones, IK and inheritance. Reads {bones, frames} as JSON, and writes the 16 numbers
+// of a matrix for each frame and bone. MODULES is the folder with node_modules.
 import { readFileSync, writeFileSync } from "node:fs";
 import { register } from "node:module";
 import { pathToFileURL } from "node:url";
 
-// Its modules leave out `.js`, as bundlers allow.
+// The package's imports omit `.js`, as bundlers allow.
 const hook = `export const resolve = (name, context, next) => next(name, context).catch((error) => {
   if (name.endsWith(".js")) throw error;
   return next(name + ".js", context);
@@ -64,7 +64,7 @@ const results = frames.map(({ own, off }) => {
     bone.resetTransformState();
   });
   order.forEach((bone) => bone.updateWorldMatrix(false, true));
-  // Links that stand before their IK have turned since.
+  // Links that precede their IK bone have turned since.
   order.forEach((bone) => {
     const solver = bone.ikSolver;
     bone.ikSolver = null;

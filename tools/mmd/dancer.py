@@ -18,7 +18,8 @@ def turn(axis, degrees):
 
 
 def bones():
-    """Left-handed, facing -Z, the left hand at +X. Bones of D stand before those that they inherit from, in a later layer."""
+    """Left-handed, facing -Z, the left hand at +X. The D bones precede the bones from which they inherit, but are in a
+    later layer."""
     def bone(name, parent, at, **more):
         made.append({"name": name, "parent": parent, "at": at, **more})
 
@@ -87,12 +88,12 @@ def motion():
         ("左足ＩＫ", 45, (0.2, 0.0, 0.8), turn((0, 1, 0), 15), None),
         ("右足ＩＫ", 0, (-0.3, 0, 0.4), turn((0, 1, 0), -20), None),
         ("右足ＩＫ", 45, (-0.3, 0, 0.4), turn((0, 1, 0), -20), None),
-        # A later key of a frame counts.
+        # The later of two keys of a frame counts.
         ("右足ＩＫ", 45, (-0.9, 1.6, 1.9), turn((1, 0, 0), -25), None),
-        # The name is longer than its field: it is cut.
+        # The name is longer than its field, which cuts it.
         ("長い名前の骨の先", 30, UP, turn((0, 0, 1), 40), None),
         ("無い骨", 10, (1, 0, 0), REST, None),
-        # From frame 50 on the left leg turns by its keys.
+        # From frame 50, the keys of the left leg turn it.
         ("左足", 45, UP, REST, None),
         ("左足", 59, UP, turn((1, 0, 0), -35), None),
     ]

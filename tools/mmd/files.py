@@ -1,4 +1,4 @@
-"""Writes .pmx and .vmd files by their specifications, with `struct` alone."""
+"""Writes .pmx and .vmd files by their specifications, with only `struct`."""
 
 import struct
 
@@ -6,7 +6,8 @@ LINEAR = bytes([20] * 8 + [107] * 8)
 
 
 def curves(x=(20, 20, 107, 107), y=(20, 20, 107, 107), z=(20, 20, 107, 107), turn=(20, 20, 107, 107)):
-    """The 64 bytes of four curves (ax, ay, bx, by), with what programs put into the third and the fourth byte."""
+    """The 64 bytes of four curves (ax, ay, bx, by), with the programs' usual values in the third and the fourth
+    byte."""
     first = [curve[part] for part in range(4) for curve in (x, y, z, turn)]
     rows = [first[row:] + [1] * row for row in range(4)]
     rows[0][2:4] = [0x63, 0x0F]
@@ -41,7 +42,8 @@ def text(words, utf8=False):
 
 
 def pmx(path, name, bones, morphs=(), size=1, utf8=False, mesh=True):
-    """`bones` as in `dancer`. `size` is the bytes of every index; one vertex of each kind of weights is written."""
+    """`bones` as in `dancer`. `size` is the number of bytes of every index. Writes one vertex for each kind of
+    weights."""
     code = {1: "b", 2: "h", 4: "i"}[size]
     index = lambda value: struct.pack("<" + code, value)
     at = {bone["name"]: place for place, bone in enumerate(bones)}

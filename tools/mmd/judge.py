@@ -1,4 +1,4 @@
-"""Poses motions of MMD without mocap, and compares. See README.md.
+"""Poses motions of MMD without mocap, and compares the poses with mocap's. See README.md.
 
 usage: python judge.py MOCAP [MODULES]      MODULES: the folder with node_modules of babylon-mmd
        python judge.py --expected MODULES   the table of src/formats/tests/it/mmd.rs
@@ -21,17 +21,17 @@ HERE = Path(__file__).resolve().parent
 FIXTURES = HERE.parents[1] / "fixtures"
 MIRROR = np.diag([1.0, 1.0, -1.0])
 ALLOWED = 1.0  # degrees, of limbs
-ALLOWED_ARMS = 0.01  # of bones without IK, which are in closed form
-ALLOWED_FOOT = 5.0  # mm, where the foot of a leg of two bones is by the law of cosines
+ALLOWED_ARMS = 0.01  # of bones without IK, which have a closed form
+ALLOWED_FOOT = 5.0  # mm, from the foot's position by the law of cosines, for a leg of two bones
 LEGS = ("足", "ひざ", "つま先")
 
 
 def tracks_of(motion, model):
-    """The keys of each bone of the model, as mmd-bone-tools reads them; a name is cut at 15 bytes."""
+    """The keys of each bone of the model, read by mmd-bone-tools; names have at most 15 bytes."""
     whole = {bone.name.encode("cp932")[:15].decode("cp932", "ignore"): bone.name for bone in model.bones}
     tracks = {}
     for key in motion.bones:
-        # Each curve stands whole in the row that begins with it.
+        # Each row of the table begins with a complete curve.
         curves = [[key.interpolation[16 * curve + 4 * part] for part in range(4)] for curve in range(4)]
         if key.name in whole:
             tracks.setdefault(whole[key.name], {})[key.frame] = (key.position, key.rotation, curves)
@@ -39,7 +39,7 @@ def tracks_of(motion, model):
 
 
 def bones_of(model):
-    """The bones of a model, as `dancer` states them, from what mmd-bone-tools reads."""
+    """The bones of a model in the form of `dancer`, read by mmd-bone-tools."""
     name = lambda index: None if index < 0 else model.bones[index].name
     bones = []
     for bone in model.bones:
@@ -93,7 +93,7 @@ def by_statement(bones, tracks, motion, frames):
 
 
 def by_mocap(mocap, motion, model, folder, frames):
-    """Positions in units and rotations of every node, by the matrices that `mocap fk` writes."""
+    """Positions in units and rotations of every node, from the matrices that `mocap fk` writes."""
     out = folder / "ours.npz"
     subprocess.run([mocap, "fk", motion, "--skeleton", model, "--rot-space", "world", "-o", out, "--force"], check=True, capture_output=True)
     arrays = np.load(out)
@@ -104,7 +104,7 @@ def by_mocap(mocap, motion, model, folder, frames):
 
 
 def degrees(ours, theirs):
-    """The angle between rotations; the chord keeps its digits where the arc cosine loses them."""
+    """The angle between rotations, computed from the chord, because the arc cosine loses digits at small angles."""
     return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(ours - theirs) / np.sqrt(8), 0, 1)))
 
 
@@ -137,7 +137,7 @@ def compare(mocap, motion_file, model_file, modules, folder):
 
 
 def written(mocap, modules, folder):
-    """A walk on the model, written and read by mmd-bone-tools, is posed as the GLB of it is."""
+    """Checks that a walk on the model, written and read by mmd-bone-tools, has the poses of its GLB file."""
     walk, model = FIXTURES / "real" / "cmu_12_01_walk.bvh", FIXTURES / "made" / "dancer.pmx"
     out = folder / "walk.vmd"
     subprocess.run([mocap, "retarget", walk, model, "-o", out], check=True, capture_output=True)
@@ -148,7 +148,7 @@ def written(mocap, modules, folder):
 
 
 def hostile(mocap, folder):
-    """Changed files end with 0 or 1, and within seconds."""
+    """Checks that the program ends with 0 or 1 within seconds for changed files."""
     rng = np.random.default_rng(1)
     seeds = {name: (FIXTURES / "made" / name).read_bytes() for name in ("dancer.vmd", "dancer.pmx")}
     codes = {}
@@ -190,7 +190,7 @@ if __name__ == "__main__":
         for file in ("dancer.pmx", "dancer.vmd"):
             assert (temporary / file).read_bytes() == (FIXTURES / "made" / file).read_bytes(), f"{file} is not what dancer.py writes"
         compare(program, FIXTURES / "made" / "dancer.vmd", FIXTURES / "made" / "dancer.pmx", modules, temporary)
-        # Other sizes of indices, UTF-8, no mesh.
+        # Checks other sizes of indices, UTF-8, and a model without a mesh.
         for size, utf8, mesh in ((2, True, True), (4, False, False)):
             files.pmx(temporary / "other.pmx", "踊り子", dancer.bones(), dancer.MORPHS, size, utf8, mesh)
             compare(program, FIXTURES / "made" / "dancer.vmd", temporary / "other.pmx", modules, temporary)

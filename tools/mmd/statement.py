@@ -1,8 +1,8 @@
-"""MMD's pose of a model at a frame, stated once more: matrices and NumPy, left-handed as MMD has it.
+"""Computes MMD's pose of a model at a frame independently, with matrices in NumPy, left-handed as in MMD.
 
-Legs are not solved in loops here: a knee that turns about X alone and a hip that turns freely have a solution in closed
-form, by the law of cosines. What the loops leave open, the turn of the leg about the line from hip to goal, is that which
-MMD's first turn of the hip leaves: none but what brings the foot to the goal.
+This script does not solve legs in loops: a knee that only turns about X and a hip that turns freely have a closed form,
+by the law of cosines. The roll of the leg about the line from hip to goal is open. As after MMD's first rotation of the
+hip, this roll is only that of the rotation that brings the foot to the goal.
 """
 
 import numpy as np
@@ -45,7 +45,7 @@ def eased(curve, time):
 
 
 def own(keys, frame):
-    """The translation and the rotation that the keys of a bone say."""
+    """The translation and the rotation from the keys of a bone."""
     frames = sorted(keys)
     if frame <= frames[0]:
         at = keys[frames[0]]
@@ -114,7 +114,7 @@ class Pose:
         self.aim(link, target, goal)
 
     def aim(self, link, target, goal):
-        """The smallest turn of a link that points the target to the goal."""
+        """The smallest rotation of a link that points the target to the goal."""
         place = self.world(link)[0]
         a, b = self.world(target)[0] - place, goal - place
         a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
@@ -126,7 +126,7 @@ class Pose:
         self.local[link] = (self.local[link][0], by @ self.local[link][1])
 
     def bend(self, knee, hip, target, goal):
-        """The angle of the knee by which the foot is as far from the hip as the goal is; then the hip aims."""
+        """Bends the knee until the foot is as far from the hip as the goal; then rotates the hip towards the goal."""
         distance = np.linalg.norm(goal - self.world(hip)[0])
         move = self.local[knee][0]
 

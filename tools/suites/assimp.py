@@ -1,4 +1,4 @@
-"""The models of Assimp's tests: FBX by ufbx, glTF by pygltflib."""
+"""Compares the models of Assimp's tests: FBX with ufbx, glTF with pygltflib."""
 
 import json
 import subprocess

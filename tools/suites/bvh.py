@@ -1,4 +1,4 @@
-"""BVH by pybvh, in the unit and the axes of the file."""
+"""Compares BVH with pybvh, in the unit and the axes of the file."""
 
 import numpy as np
 import pybvh
@@ -7,9 +7,9 @@ from motion import Motion, Refused, unique
 from packages import crate, debian, wheel
 from packages import files as found
 
-# What a BVH file leaves open: its numbers stay.
+# Options for the properties that a BVH file does not state; they keep its numbers.
 OPTIONS = ["--unit", "m", "--up", "y"]
-# The most frames that are compared.
+# The largest number of compared frames.
 FRAMES = 200
 
 
@@ -29,7 +29,7 @@ def motion(path):
     joints = [(index, node.name) for index, node in enumerate(read.nodes) if not node.is_end_site()]
     frames = np.unique(np.linspace(0, len(places) - 1, FRAMES).round().astype(int))
     paths = unique([(name, places[frames, index]) for index, name in joints])
-    # pybvh takes 0.0083333 for 1/120.
+    # pybvh reads 0.0083333 as 1/120.
     stated = next(line for line in path.read_text(errors="replace").splitlines() if line.startswith("Frame Time:"))
     frame_time = float(stated.split(":")[1])
     return Motion((len(places) - 1) * frame_time, paths, frames * frame_time)

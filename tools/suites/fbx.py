@@ -1,6 +1,7 @@
-"""Prints the nodes of an FBX file over time, as ufbx has them: seconds, then names and paths.
+"""Prints the nodes of an FBX file over time, read by ufbx: seconds, then names and paths.
 
-A process of its own, because ufbx's Python module frees scenes in an order that crashes the garbage collector."""
+This script is a separate process, because ufbx's Python module frees scenes in an order that crashes the garbage
+collector."""
 
 import gc
 import json

@@ -8,11 +8,11 @@ from pygltflib import GLTF2
 
 from motion import Motion, Nothing, Refused, unique
 
-# Versions and chunks that pygltflib does not know: what it then reads is compared.
+# Files with versions and chunks that pygltflib does not know; the comparison uses the parts that it reads.
 warnings.simplefilter("ignore")
 KINDS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 COUNTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-# The most times at which nodes are posed.
+# The largest number of compared times.
 TIMES = 200
 
 
@@ -133,7 +133,7 @@ def posed(document, seconds_of_poses):
 
         for index in range(len(nodes)):
             places[frame, index] = world(index)[:3, 3]
-    # A skin alone places its vertices: the transform of its node has no effect.
+    # Only the skin determines the positions of its vertices: the transform of its node has no effect.
     pairs = [(node.name, places[:, index]) for index, node in enumerate(nodes) if node.skin is None]
     for (index, path), (keys, values, how) in tracks.items():
         if path == "weights":

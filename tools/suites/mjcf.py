@@ -1,5 +1,5 @@
-"""MJCF of robots by MuJoCo: the bodies at rest, from the base, which mocap puts at the origin. Of several robots in a world
-mocap reads one, with a warning."""
+"""Compares MJCF robots with MuJoCo: the bodies at rest, relative to the base, which mocap puts at the origin. mocap
+reads one of several robots in a world, with a warning."""
 
 from xml.parsers import expat
 
@@ -45,7 +45,7 @@ def motion(path):
 
 
 def stricter(path):
-    """MuJoCo reads what is no XML, such as attributes without a space between them."""
+    """MuJoCo also reads invalid XML, such as attributes without a space between them."""
     motion(path)
     try:
         expat.ParserCreate().Parse(path.read_bytes(), True)

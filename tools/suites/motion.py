@@ -1,12 +1,12 @@
-"""The paths of the nodes of a scene, as any reader states them, and the comparison of two readers."""
+"""The paths of a scene's nodes from any reader, and the comparison of two readers."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-# Metres, seconds.
+# The limits in metres and seconds.
 MOVES, ALLOWED, ALLOWED_SECONDS = 1e-4, 1e-4, 1e-3
-# Fraction of the farthest coordinate that single precision does not hold along a chain of nodes.
+# The error of single precision along a chain of nodes, as a fraction of the farthest coordinate.
 SINGLE = 4e-6
 
 
@@ -21,16 +21,16 @@ class Nothing(Exception):
 @dataclass
 class Motion:
     seconds: float
-    """Metres, +Y up: of each node its path from first to last frame, or its position at rest."""
+    """The path of each node from the first to the last frame, or its rest position, in metres with +Y up."""
     paths: dict
-    """The seconds of the path, where they are not evenly spread from first to last."""
+    """The seconds of the path, if they are not evenly spaced from first to last."""
     times: np.ndarray | None = None
-    """Whether positions are compared from the first node of ours that both have."""
+    """Whether positions are relative to mocap's first node that both scenes have."""
     from_base: bool = False
 
 
 def unique(pairs):
-    """The pairs whose name stands once; a node without a unique name has no counterpart."""
+    """The pairs of nodes with unique names; a node without a unique name has no counterpart."""
     names = [name for name, _ in pairs]
     return {name: value for name, value in pairs if name and names.count(name) == 1}
 
@@ -40,7 +40,7 @@ def displacement(path):
 
 
 def faults(ours, theirs):
-    """What of our motion is not as another reader has it, as sentences."""
+    """The differences between mocap's motion and another reader's, as sentences."""
     shared = ours.paths.keys() & theirs.paths.keys()
     moving = {name for name, path in theirs.paths.items() if displacement(path) > MOVES}
     if absent := moving - shared:

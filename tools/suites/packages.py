@@ -34,7 +34,7 @@ def debian(name):
 
 
 def crate(name, version):
-    """The files of a package of crates.io. None of it is compiled."""
+    """The files of a package of crates.io, which is not compiled."""
 
     def fetch(folder):
         package = Path(folder) / "package"

@@ -1,4 +1,4 @@
-"""URDFs of robots by yourdfpy: the links at rest. What mocap refuses must be refused by MuJoCo too."""
+"""Compares URDF robots with yourdfpy: the links at rest. MuJoCo must also refuse every file that mocap refuses."""
 
 import logging
 
@@ -31,7 +31,7 @@ def files(everything):
 def motion(path):
     try:
         robot = yourdfpy.URDF.load(str(path), load_meshes=False, load_collision_meshes=False, build_scene_graph=False)
-        # MuJoCo ignores a leader that is not there; yourdfpy moves the follower by its offset.
+        # MuJoCo ignores a missing leader joint; yourdfpy moves the follower by its offset.
         for joint in robot.robot.joints:
             if joint.mimic and joint.mimic.joint not in robot.joint_map:
                 joint.mimic = None
@@ -46,7 +46,7 @@ def motion(path):
 
 
 def stricter(path):
-    """yourdfpy checks little, so MuJoCo says whether a file that mocap refuses is valid."""
+    """yourdfpy checks little, so MuJoCo decides whether a file that mocap refuses is valid."""
     try:
         mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

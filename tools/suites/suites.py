@@ -1,4 +1,4 @@
-"""Runs the suites and prints what mocap makes of their files. See README.md."""
+"""Runs the suites and prints mocap's results for their files. See README.md."""
 
 import argparse
 import os
@@ -18,14 +18,14 @@ import usd
 from motion import Motion, Nothing, Refused, faults
 
 SUITES = {"assimp": assimp, "bvh": bvh, "robots": robots, "mjcf": mjcf, "usd": usd}
-# Files of a suite without --all.
+# The number of files of a suite without --all.
 SAMPLE = 12
 VERDICTS = ["right", "refused rightly", "read alone", "refused wrongly", "wrong"]
 BAD = VERDICTS[-2:]
 
 
 def converted(path, folder, options, times):
-    """The motion of the GLB that mocap writes, by another reader, at these seconds."""
+    """The motion of mocap's GLB file at these seconds, read by another reader."""
     output = Path(folder) / "out.glb"
     done = subprocess.run([os.environ["MOCAP"], "convert", path, output, "--force", *options], capture_output=True, text=True, timeout=120)
     if done.returncode not in (0, 1):

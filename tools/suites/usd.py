@@ -1,4 +1,4 @@
-"""Stages of packages by usd-core: the joints of a skeleton, over time."""
+"""Compares stages in packages with usd-core: the joints of a skeleton over time."""
 
 import numpy as np
 from pxr import Tf, Usd, UsdGeom, UsdSkel
@@ -15,7 +15,7 @@ def files(everything):
 
 
 def motion(path):
-    # mocap reads the text form alone.
+    # mocap only reads the text form.
     if path.suffix != ".usdz" and not path.read_bytes().startswith(b"#usda"):
         raise Nothing
     try:

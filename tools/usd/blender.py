@@ -1,9 +1,9 @@
-"""Imports USD files into Blender and holds every bone against `mocap fk`, in frames over the whole motion.
+"""Imports USD files into Blender and compares every bone with `mocap fk`, in frames over the whole motion.
 
 usage: python blender.py MOCAP FILE..
 
-Needs bpy of PyPI (Blender 5.0) and NumPy. Blender's frame is a time code, its importer turns +Y up into +Z up
-and leaves the frame rate of the scene as it is.
+Needs bpy of PyPI (Blender 5.0) and NumPy. A frame of Blender is a time code. Blender's importer converts +Y up to +Z up
+and does not change the scene's frame rate.
 """
 
 import subprocess
@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-ALLOWED = 1e-4  # metres: Blender keeps poses in 32 bits, and bones as heads and tails
+ALLOWED = 1e-4  # metres: Blender stores poses in 32 bits, and bones as heads and tails
 FRAMES = 12
 
 mocap, files = sys.argv[1], sys.argv[2:]

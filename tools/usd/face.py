@@ -1,4 +1,4 @@
-"""Makes fixtures/made/face.usda with usd-core, and prints where its points are in the world by UsdSkel, in metres.
+"""Makes fixtures/made/face.usda with usd-core, and prints the world positions of its points by UsdSkel, in metres.
 
 usage: python face.py FOLDER
 

@@ -1,4 +1,4 @@
-"""Makes fixtures/made/arm.usda with usd-core, and prints where its joints are in the world by UsdSkel, in metres.
+"""Makes fixtures/made/arm.usda with usd-core, and prints the world positions of its joints by UsdSkel, in metres.
 
 usage: python fixture.py FOLDER
 

@@ -1,4 +1,4 @@
-"""The vertices of a GLB at rest, by NumPy and the specification of glTF alone."""
+"""Computes the rest vertices of a GLB file with NumPy, by the specification of glTF."""
 
 import json
 import struct
@@ -46,7 +46,7 @@ def local(node):
 
 
 def skinned(path):
-    """The vertices of each primitive, weights made to add up to 1, in the order of the nodes."""
+    """The vertices of each primitive in the order of the nodes; weights are normalised to a sum of 1."""
     document, buffer = parts(path)
     nodes = document["nodes"]
     worlds = [None] * len(nodes)

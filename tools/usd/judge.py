@@ -46,7 +46,7 @@ def joints(stage, frames):
 
 
 def compliant(path):
-    """Every validator that comes with usd-core, which usdchecker runs too."""
+    """Every validator of usd-core; usdchecker runs the same validators."""
     registry = UsdValidation.ValidationRegistry()
     context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
     said = [error.GetMessage() for error in context.Validate(Usd.Stage.Open(str(path)))]
@@ -54,7 +54,7 @@ def compliant(path):
 
 
 def motion(mocap, source, folder):
-    """The farthest that a joint is from its position; nothing for a file that mocap refuses to read."""
+    """The largest distance of a joint from its position; None for a file that mocap refuses to read."""
     truth = folder / "truth.npz"
     code, said = run(mocap, "fk", source, "-o", truth, "--force", "--out-unit", "m", "--out-up", "y")
     if code == 1:
@@ -74,7 +74,7 @@ def motion(mocap, source, folder):
         worst = max(worst, np.abs(np.linalg.norm(found - positions, axis=2)).max(initial=0))
         compliant(output)
     assert worst < ALLOWED, (source, worst)
-    # What another writer makes of it: nothing but the values is ours then.
+    # The file from another writer: only the values come from mocap.
     stage.Flatten().Export(str(folder / "theirs.usda"))
     must(mocap, "verify", source, folder / "theirs.usda", "--max-error", "0.1mm")
     return worst
@@ -95,18 +95,18 @@ def skinned(stage):
 
 
 def skin(mocap, character, folder):
-    """The farthest that a vertex is at rest from where NumPy puts it by the character's own file."""
+    """The largest distance of a rest vertex from its position that NumPy computes from the character's file."""
     hero = folder / "hero.usdz"
     must(mocap, "convert", character, hero, "--force")
     compliant(hero)
-    # Rest and skin alone: an animation would pose it.
+    # Only rest pose and skin, because an animation would pose the character.
     stage = Usd.Stage.Open(str(hero))
     for prim in list(stage.Traverse()):
         if prim.IsA(UsdSkel.Animation):
             stage.RemovePrim(prim.GetPath())
     found = np.concatenate(list(skinned(stage)))
     if character.suffix == ".fbx":
-        # NumPy does not read FBX: the skin is compared with that of the GLB which mocap makes of it.
+        # NumPy does not read FBX, so the skin is compared with the skin of mocap's GLB file of it.
         must(mocap, "convert", character, folder / "hero.glb", "--force")
         character = folder / "hero.glb"
     expected = np.concatenate(list(glb.skinned(character)))
@@ -116,7 +116,7 @@ def skin(mocap, character, folder):
 
 
 def farthest(found, expected):
-    """The parts of a character may be cut apart in another order, so each vertex is held against all."""
+    """Finds the nearest of all vertices, because the parts of a character may be split in another order."""
     if found.shape == expected.shape and (worst := np.linalg.norm(found - expected, axis=1).max()) < ALLOWED_SKIN:
         return worst
     worst = 0.0

@@ -1,4 +1,4 @@
-"""Sends motion to `mocap record` and hears `mocap play` with python-osc, over loopback. See README.md.
+"""Sends motion to `mocap record` and receives from `mocap play` with python-osc, over loopback. See README.md.
 
 usage: python judge.py MOCAP SECONDS FUZZED
 """
@@ -48,7 +48,7 @@ assert len(BONES) == 55
 
 
 def angles(count):
-    """A turn of each bone in each frame: quaternions x y z w in Unity's axes, some degrees about axes that wander."""
+    """A rotation of each bone in each frame: quaternions x y z w in Unity's axes, some degrees about changing axes."""
     random = np.random.default_rng(1)
     time = np.arange(count)[:, None, None] / RATE
     speed, phase = random.uniform(0.3, 2.0, (2, 1, 55, 3))
@@ -69,12 +69,12 @@ def place(name, position, rotation):
 
 
 def hips(frame):
-    """Where the hips are in a frame, in Unity's axes: within metres, where files have the digits that are asked of them."""
+    """The position of the hips in a frame, in Unity's axes: a few metres, for which files have enough digits."""
     return [0.4 * np.sin(frame / 40), 0.95 + 0.05 * np.sin(frame / 7), 4 * np.sin(frame / 400)]
 
 
 def sent(frame, rotations):
-    """The packets of a frame, as VirtualMotionCapture sends them: bundles of some messages."""
+    """The packets of a frame as from VirtualMotionCapture: bundles of several messages."""
     messages = [message("/VMC/Ext/OK", 1, 3, 0), message("/VMC/Ext/T", float(frame / RATE)),
                 message("/VMC/Ext/Root/Pos", "root", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)]
     messages += [place(name, offset, rotations[bone]) for bone, (name, _, offset) in enumerate(BONES)]
@@ -107,14 +107,14 @@ class Recorder:
 
 
 def degrees(a, b):
-    """The angle between rotations; the chord keeps its digits where the arc cosine loses them."""
+    """The angle between rotations, computed from the chord, because the arc cosine loses digits at small angles."""
     a, b = (rotation / np.linalg.norm(rotation, axis=-1, keepdims=True) for rotation in (a, b))
     chord = np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
     return np.degrees(4 * np.arcsin((chord / 2).clip(0, 1)))
 
 
 def vrm_name(unity):
-    """VRM 1.0 has a metacarpal of the thumb where Unity has a proximal bone."""
+    """The thumb's metacarpal of VRM 1.0 is the proximal bone of Unity."""
     for theirs, ours in [("ThumbProximal", "ThumbMetacarpal"), ("ThumbIntermediate", "ThumbProximal")]:
         if unity.endswith(theirs):
             unity = unity.replace(theirs, ours)
@@ -123,7 +123,7 @@ def vrm_name(unity):
 
 
 def rotations_of(path):
-    """The rotation of each node, and the position of those that move, in each frame, by its name, by NumPy alone."""
+    """The rotation of each node, and the position of each moving node, in each frame by name, computed with NumPy."""
     document, buffer = glb.parts(path)
     (animation,) = document["animations"]
     found = {}
@@ -153,16 +153,16 @@ def record(mocap, folder, extension, seconds):
     said = recorder.end()
     assert f"{count} frames" in said and f"of {packets} packets" in said, said
     found = rotations_of(recorder.output)
-    # An animation of VRM has a point to look at, and no eyes.
+    # A VRM animation has a gaze target, and no eyes.
     bones = [index for index, (name, _, _) in enumerate(BONES) if extension != "vrma" or "Eye" not in name]
     worst = 0.0
     for bone in bones:
         times, values = found[vrm_name(BONES[bone][0])]
         assert len(times) == count and np.abs(times - np.arange(count) / RATE).max() < 1e-4, (BONES[bone], len(times))
-        # Left and right change in the mirror, and with them the sense of a turn about +Y and +Z.
+        # The mirror exchanges left and right, and with them the sign of a rotation about +Y and +Z.
         worst = max(worst, degrees(rotations[:, bone] * [1, -1, -1, 1], values).max())
     if extension == "vrma":
-        # "Joy" of VRM 0 is "happy" of VRM 1.0; it comes behind the bones, in every frame.
+        # "Joy" of VRM 0 is "happy" of VRM 1.0; it follows the bones in every frame.
         weights = found["happy position"][1]
         assert np.abs(weights[:, 0] - 0.5).max() < 1e-3, weights
         eye = rotations[:, [name for name, _, _ in BONES].index("LeftEye")] * [1, -1, -1, 1]
@@ -179,7 +179,7 @@ def take_in(address, arguments, heard):
 
 
 def play(mocap, folder):
-    """What `play` sends of a recording is what was recorded."""
+    """`mocap play` sends the recorded data."""
     count = 90
     rotations = angles(count)
     recorder = Recorder(mocap, folder / "short.vrma")
@@ -223,7 +223,7 @@ def play(mocap, folder):
 
 
 class Heard:
-    """A receiver that notes when each clock of a frame came."""
+    """A receiver that records the arrival time of each frame's clock."""
 
     def __init__(self):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -246,7 +246,7 @@ class Heard:
         return self.socket.getsockname()[1]
 
     def clocks(self):
-        """The first time at which each clock was heard, and the poses."""
+        """The first arrival time of each clock, and the poses."""
         self.thread.join()
         times, poses = {}, {}
         for at, packet in self.packets:
@@ -264,7 +264,7 @@ class Heard:
 
 
 def bridge(mocap, body, how, seconds):
-    """How much later a pose comes by the bridge than to a receiver beside it."""
+    """The delay of a pose through the bridge, compared with a direct receiver."""
     count = int(seconds * RATE)
     rotations = angles(count)
     direct, bridged = Heard(), Heard()
@@ -284,7 +284,7 @@ def bridge(mocap, body, how, seconds):
         for packet in sent(frame, rotations[frame]):
             sender.sendto(packet, peer)
             packets += 1
-        # The frame's clock, and nothing else, to the receiver beside it.
+        # Sends only the frame's clock to the direct receiver.
         beside = osc_bundle_builder.OscBundleBuilder(osc_bundle_builder.IMMEDIATELY)
         beside.add_content(message("/VMC/Ext/T", float(frame / RATE)))
         last[frame] = time.perf_counter()
@@ -298,7 +298,7 @@ def bridge(mocap, body, how, seconds):
     (straight, _), (late, poses) = direct.clocks(), bridged.clocks()
     missing = [frame for frame in range(count) if frame not in late]
     assert not missing, (len(missing), missing[:5], rest)
-    # The first frames show which bones there are, and make the retargeter.
+    # The first frames determine the bones and create the retargeter.
     times = range(3, count)
     added = np.array([late[frame] - last[frame] for frame in times]) * 1000
     floor = np.array([straight[frame] - last[frame] for frame in times]) * 1000
@@ -309,12 +309,12 @@ def bridge(mocap, body, how, seconds):
     if how == "--vmc":
         for name, found in poses.items():
             assert len(found) == count, (name, len(found))
-    # A machine that does other work too is not held to it; --all is for one that is quiet.
+    # The limit does not apply on a busy machine; --all is for an idle machine.
     assert p99 - own < ADDED or seconds < 60, (p99, own)
 
 
 def fuzz(mocap, folder, count):
-    """Changed packets, among them a pose that is whole at the end."""
+    """Changed packets, and at the end a complete pose."""
     source = random.Random(1)
     rotations = angles(2)
     seeds = list(sent(0, rotations[0])) + [message("/VMC/Ext/T", 0.5).dgram, place("Hips", (0, 1, 0), (0, 0, 0, 1)).dgram]

@@ -1,4 +1,4 @@
-//! Single stages: `cargo bench` in this folder, `cargo bench -- read` for one of them.
+//! Measures single stages: `cargo bench` in this folder runs all of them, `cargo bench -- read` one of them.
 
 use std::fs;
 use std::hint::black_box;
@@ -25,7 +25,7 @@ fn capture() -> Vec<u8> {
     fs::read(CAPTURE).expect("the fixtures are there")
 }
 
-/// Every number of the file parsed, and none kept: the least that a reader must do.
+/// Parses every number of the file, and keeps no number: the least work of a reader.
 #[divan::bench]
 fn parse_numbers(bencher: Bencher) {
     let text = capture();
@@ -35,7 +35,7 @@ fn parse_numbers(bencher: Bencher) {
         .bench(|| floors::tokenise(black_box(rows)));
 }
 
-/// The whole file into a scene, by one thread, without its mesh, its hash and the search for constant tracks.
+/// Reads the whole file into a scene on one thread, without mesh, hash and search for constant tracks.
 #[divan::bench]
 fn read(bencher: Bencher) {
     let text = capture();
@@ -51,7 +51,7 @@ fn read(bencher: Bencher) {
     });
 }
 
-/// A constant track, which must be examined to its end.
+/// A constant track, which the search must read to its end.
 #[divan::bench]
 fn collapse(bencher: Bencher) {
     const KEYS: usize = 10_000;

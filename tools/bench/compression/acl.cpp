@@ -29,7 +29,7 @@ struct Transform {
   float rotation[4], translation[3], scale[3];
 };
 
-/// Writes a pose, as an engine does.
+/// Receives a pose from the decoder, as an engine does.
 struct Writer final : acl::track_writer {
   std::vector<Transform> pose;
   void RTM_SIMD_CALL write_rotation(uint32_t track, rtm::quatf_arg0 value) { rtm::quat_store(value, pose[track].rotation); }

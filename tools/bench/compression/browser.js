@@ -1,4 +1,4 @@
-// The times of decode.js in Chromium, which gets everything from a server on this machine.
+// Measures decode.js in Chromium, which loads everything from a local server.
 
 import { mkdtempSync, rmSync } from "node:fs";
 import { readFile } from "node:fs/promises";

@@ -1,10 +1,10 @@
-// The clips that are compressed, as transforms of nodes at every frame, and what a compressed file makes of them. No code of
-// mocap takes part: glTF is unpacked by meshoptimizer's JavaScript, packed clips by packed.js.
+// Reads the source clips and the compressed clips as transforms of nodes at every frame. No code of mocap takes part:
+// glTF is unpacked by meshoptimizer's JavaScript, packed clips by packed.js.
 
 import { numbersOf } from "../../interop/glb.js";
 import { unpacked } from "../../interop/meshopt.js";
 
-/** The distance from a joint of the three points that stand for its skin, in metres, as in ACL. */
+/** The distance in metres from a joint to the three points that represent its skin, as in ACL. */
 const SHELL = 0.03;
 
 /**
@@ -21,7 +21,7 @@ function normalised(quaternion) {
   return quaternion.map((value) => value / length);
 }
 
-/** The shorter way between two quaternions, component by component, as most engines go. */
+/** Interpolates two quaternions the shorter way, component by component, as most engines do. */
 export function nlerp(a, b, share) {
   const dot = a.reduce((sum, value, component) => sum + value * b[component], 0);
   return normalised(lerp(a, dot < 0 ? b.map((value) => -value) : b, share));
@@ -81,7 +81,7 @@ function turned([x, y, z, w], [a, b, c]) {
   return [a + w * tx + y * tz - z * ty, b + w * ty + z * tx - x * tz, c + w * tz + x * ty - y * tx];
 }
 
-/** The place of every node, and of the three points of its shell. @param {Local[]} locals */
+/** The position of every node, and of the three points of its shell. @param {Local[]} locals */
 function points(locals, parents) {
   const world = new Array(locals.length);
   const worldOf = (node) => {
@@ -105,7 +105,7 @@ function points(locals, parents) {
 }
 
 /**
- * The largest distance of a joint from its place, and of a point of its shell, at every frame of the source, in metres.
+ * The largest errors in metres of a joint's position and of a point of its shell, at any frame of the source.
  *
  * @param {Clip} source
  * @param {Clip} lossy

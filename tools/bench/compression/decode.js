@@ -1,6 +1,9 @@
-// How long files take to be unpacked, and poses from a packed clip. Runs in Node and in a browser: no module is imported.
+// Measures the time to unpack files, and to decode poses of a packed clip. Runs in Node and in a browser: no module is
+// imported.
 
-/** Milliseconds of the quickest of ten runs. The clock of a browser is coarse, so a run is as many rounds as take 20 ms. */
+/**
+ * The least time of ten runs in milliseconds. The clock of a browser is coarse, so a run repeats the work for 20 ms.
+ */
 function least(work) {
   let found = Infinity;
   for (let run = 0, rounds = 1; run < 10; ) {
@@ -41,7 +44,7 @@ function poseTime(clip) {
   return (1000 * least(sample)) / ticks.length;
 }
 
-/** Of files that meshopt packs and of packed clips, by their names. */
+/** The times of files that meshopt packs and of packed clips, by their names. */
 export function decodeTimes({ decoder, mocap, packed, clips }) {
   return {
     unpack: Object.fromEntries(Object.entries(packed).map(([name, file]) => [name, unpackTime(decoder, file)])),

@@ -1,4 +1,4 @@
-// Reads a packed clip as docs/compression.md describes it, in double precision and without code of mocap.
+// Reads a packed clip in double precision and without code of mocap; docs/packed-clip.md describes the bytes.
 
 import { readFileSync } from "node:fs";
 
@@ -92,7 +92,7 @@ export function openPacked(path) {
   const poseAt = (seconds) => {
     const pose = rest.map((local) => ({ ...local }));
     if (keys.length === 0) return pose;
-    // Times of the source are 32-bit floats; a time that near to a frame is the frame.
+    // Times of the source are 32-bit floats; a time within their rounding of a frame means that frame.
     const exact = seconds * rate;
     const tick = Math.abs(exact - Math.round(exact)) < 1e-3 ? Math.round(exact) : exact;
     const after = keys.findIndex((key) => key.tick > tick);

@@ -1,4 +1,4 @@
-// Bytes and errors of compressed clips: mocap beside ACL, gltfpack and gltf-transform. See run.
+// Compares bytes and errors of compressed clips of mocap, ACL, gltfpack and gltf-transform. See run.
 
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
@@ -21,14 +21,14 @@ const { values: options, positionals } = parseArgs({
 
 /** The largest errors, in millimetres. */
 const BOUNDS = [0.1, 1, 5];
-/** The forms of mocap. */
+/** The compressed forms that mocap writes. */
 const FORMS = ["int16", "meshopt", "meshopt-khr", "mclip"];
-/** Those that bound a shell 3 cm from the joints too, as ACL does. */
+/** The writers that also bound the error of a shell 3 cm from the joints, as ACL does. */
 const WITH_SHELL = ["meshopt", "meshopt-khr", "mclip"].map((form) => `${form}, shell`);
 const boundsShell = (writer) => writer === "ACL" || WITH_SHELL.includes(writer);
-/** Of the packers those that keep the skeleton and every key. */
+/** The packers that keep the skeleton and every key. */
 const OTHERS = PACKERS.filter(({ name }) => ["gltfpack -kn -cc -af 0", "gltf-transform meshopt"].includes(name));
-/** Bytes of a joint in a sample that ACL calls raw: rotation, translation and scale as floats. */
+/** Bytes of a joint in one of ACL's raw samples: rotation, translation and scale as floats. */
 const RAW = 40;
 
 const folder = mkdtempSync(join(tmpdir(), "mocap-compression-"));
@@ -73,12 +73,15 @@ function compressWithAcl(source, bound) {
   return { said, lossy: { parents, times, at: (_, frame) => poseOf(frame) } };
 }
 
-/** Whether an error is above the bound: of a joint, and of the shell where the writer bounds that. @param {Row} row */
+/**
+ * Whether an error exceeds the bound: the error of a joint, and of the shell if the writer bounds it too.
+ * @param {Row} row
+ */
 function isOver({ writer, bound, joints, shells }) {
   return (boundsShell(writer) ? Math.max(joints, shells) : joints) > bound / 1000;
 }
 
-/** What decode times are measured of: the longest clip at the middle bound. Bytes are base64. */
+/** The input of the decode times: the longest clip at the middle bound, with bytes in base64. */
 const decoded = { clip: "", frames: 0, packed: {}, clips: {} };
 
 function keepToDecode(clip, frames, writer, path) {
@@ -95,7 +98,7 @@ function keepToDecode(clip, frames, writer, path) {
   if (views.length > 0) decoded.packed[writer] = { views, bytes: base64(bin) };
 }
 
-/** Frames of a file at its own rate. @type {Map<string, number>} */
+/** The number of frames of a file at its own rate. @type {Map<string, number>} */
 const framesOf = new Map();
 
 async function measure(file, fps) {
@@ -104,7 +107,7 @@ async function measure(file, fps) {
   const plain = join(folder, "plain.glb");
   mocap("convert", file, plain, "--force", "--quiet", "--mesh", "none", ...rate);
   const source = await openGlb(plain);
-  // A clip at 30 frames a second is the same at its own rate.
+  // The row for 30 frames a second would repeat a clip whose own rate is 30.
   if (source.times.length < 2 || (fps && source.times.length === framesOf.get(file))) return;
   framesOf.set(file, source.times.length);
   const raw = RAW * source.parents.length * source.times.length;
@@ -193,7 +196,7 @@ function printSpeed() {
   for (const { clip, extra } of acl) console.log(`| ${clip} | ${extra.random} | ${extra.clips} |`);
 }
 
-/** In Node and in Chromium: unpacking a whole file, and a pose of a packed clip. */
+/** The times in Node and in Chromium to unpack a whole file, and to decode a pose of a packed clip. */
 async function printDecoding() {
   const { MeshoptDecoder } = await import(new URL("../../interop/node_modules/meshoptimizer/meshopt_decoder.mjs", import.meta.url));
   const { load } = await import("../../wasm/package/index.js");
@@ -237,7 +240,7 @@ try {
   failures.push(`decode times: ${error.message.split("\n")[0]}`);
 }
 if (options.bench) {
-  // It is built without the reader of FBX.
+  // This package is built without the reader of FBX.
   const files = chosen.filter((file) => !file.endsWith(".fbx"));
   try {
     console.log(`\n${execFileSync(options.bench, ["packed", ...files], { encoding: "utf8" })}`);

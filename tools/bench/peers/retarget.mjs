@@ -1,5 +1,5 @@
-// How many poses three.js retargets in a second, by the time that it has a processor, the best of five runs, as JSON. Arguments: a BVH file, a .gltf file whose
-// nodes are the target's bones, and for each of these by name the bone of the source.
+// Prints how many poses three.js retargets in a second of processor time, the best of five runs, as JSON. Arguments: a
+// BVH file, a .gltf file whose nodes are the target's bones, and the source bone for each target bone, by name.
 import { readFileSync } from "node:fs";
 import { Bone, BufferGeometry, Skeleton, SkinnedMesh } from "three";
 import { BVHLoader } from "three/examples/jsm/loaders/BVHLoader.js";

@@ -1,4 +1,4 @@
-// How long three.js takes for a BVH file: the median of `rounds` runs in milliseconds, as JSON.
+// Prints the time of three.js for a BVH file: the median of `rounds` runs in milliseconds, as JSON.
 import { readFileSync } from "node:fs";
 import { performance } from "node:perf_hooks";
 import { BVHLoader } from "three/examples/jsm/loaders/BVHLoader.js";

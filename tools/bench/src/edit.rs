@@ -1,4 +1,4 @@
-//! How many seconds of a motion each step of `edit` changes in a second of one processor.
+//! Measures how many seconds of a motion each step of `edit` changes in a second of one processor.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use mocap::edit::{ContactOptions, EditStep, Mirror, Step, StepInput};
 use crate::Result;
 use crate::feet::import;
 
-/// Times real time that every step must reach.
+/// The speed that every step must reach, as a multiple of real time.
 const WANTED: f64 = 1000.0;
 
 const FILES: [&str; 2] = ["cmu_12_01_walk.bvh", "cmu_01_01.bvh"];
@@ -32,8 +32,8 @@ const STEPS: [&str; 17] = [
     "in-between:every=1",
 ];
 
-/// Prints a table with a row for each step and a column for each file. The steps are done in turns, round by round,
-/// each on a copy of the motion that is made before the clock starts.
+/// Prints a table with a row for each step and a column for each file. Each round runs every step once, on a copy of
+/// the motion that exists before the clock starts.
 pub(crate) fn measure(rounds: usize) -> Result<()> {
     let scenes = FILES.map(import);
     let mut rows: Vec<(&str, Vec<f64>)> = std::iter::once("contacts")
@@ -93,7 +93,8 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
     Ok(())
 }
 
-/// The time that this thread had a processor, where the system tells it: else what other programs took counts too.
+/// The processor time of this thread. If the system does not provide it, the result includes the time of other
+/// programs.
 struct Clock {
     wall: Instant,
     processor: Option<f64>,

@@ -1,4 +1,5 @@
-//! What foot-lock takes back and what it costs: on ten real clips, and on clean ones in which the figure slides.
+//! Measures how much sliding foot-lock removes, and how it changes the motion: on ten real clips, and on clean clips
+//! with artificial sliding.
 
 use std::fmt;
 use std::path::Path;
@@ -64,7 +65,7 @@ pub(crate) fn measure() -> Result<()> {
     println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     for file in &CLIPS[..SLIDING] {
         let mut clean = import(file)?;
-        // The contacts of a locked motion begin a little earlier, and end later: twice.
+        // Locks the feet twice, because the contacts of a locked motion begin a little earlier and end a little later.
         for _ in 0..2 {
             foot_lock(&mut clean, 0, &FootLockOptions::default())?;
         }
@@ -132,11 +133,12 @@ fn detect(scene: &Scene) -> Result<DetectedContacts> {
     Ok(ContactOptions::default().detect(scene, 0, None)?)
 }
 
-/// The largest accelerations of a joint, as times the 99th percentile of the motion before.
+/// The largest accelerations of a joint, as multiples of the 99th percentile in the unlocked motion.
 struct Accelerations {
     before: f32,
     after: f32,
-    /// The largest where this joint's was below 1.5 times the percentile before, three frames around.
+    /// The largest acceleration at moments when the unlocked joint stayed below 1.5 times the percentile, within three
+    /// frames.
     added: f32,
 }
 
@@ -170,7 +172,7 @@ impl fmt::Display for Accelerations {
     }
 }
 
-/// Of all joints, frame by frame.
+/// The values of all joints, frame by frame.
 fn accelerations(at: &[Vec<Vec3>]) -> Vec<Vec<f32>> {
     let of_frame = |frames: &[Vec<Vec3>]| {
         let nodes = 0..frames[0].len();

@@ -1,4 +1,4 @@
-//! The least work of any reader and any writer.
+//! Measures the least work of any reader and any writer.
 
 use std::fs;
 use std::io;

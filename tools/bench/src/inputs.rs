@@ -19,7 +19,7 @@ pub(crate) fn small(folder: &Path) -> io::Result<PathBuf> {
     Ok(path)
 }
 
-/// Writes a file of `bytes` bytes, to the next row, into `folder`.
+/// Writes a file of about `bytes` bytes, with whole rows, into `folder`.
 pub(crate) fn tile(folder: &Path, name: &str, bytes: usize) -> io::Result<PathBuf> {
     let text = fs::read_to_string(CAPTURE)?;
     let (hierarchy, motion) = text.split_once("MOTION").ok_or(io::ErrorKind::InvalidData)?;

@@ -1,4 +1,4 @@
-//! The speed of `mocap` against lower bounds and against its peers, with one thread and with two.
+//! Compares the speed of `mocap` with lower bounds and with its peers, on one thread and on two.
 //!
 //! All stages of one block of the table are measured in turns, round by round, so that a busy machine slows all of them
 //! alike. The table has the least time and the median of each stage. Other work on the machine only adds time, so the
@@ -167,7 +167,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
 
     let mocap = peers::mocap();
     let (from, to) = (path.to_string_lossy(), output.to_string_lossy());
-    // Refused where `mocap` was built without meshopt.
+    // `mocap` refuses this option if it was built without meshopt.
     let packed = [
         "convert",
         &from,
@@ -268,7 +268,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         let figure = figure.and_then(wanted);
         print_figure(&format!("{stage}, 2 threads to 1"), stages.ratio(&one, &two), figure);
     }
-    // For a small file the target is to be not slower.
+    // For a small file, the target is not to be slower.
     let not_slower = (text.len() < 10_000).then_some(Wanted::AtLeast(1.0));
     print_figure(
         "times as fast as `assimp export`",
@@ -286,7 +286,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
             "peak memory of convert --threads {threads}, {:.1} MB, of the input",
             peak / 1e6
         );
-        // The program itself takes some MB.
+        // The program itself uses a few MB.
         let most = (text.len() > 100_000_000).then_some(Wanted::AtMost(1.3));
         print_figure(&name, Some(peak / text.len() as f64), most);
     }

@@ -1,4 +1,4 @@
-//! Packed clips: their bytes and errors, and the time of a pose from the packed form.
+//! Measures packed clips: their bytes and errors, and the time to decode a pose.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -15,11 +15,11 @@ use crate::Result;
 /// The largest errors, in metres.
 const BOUNDS: [f64; 3] = [0.0001, 0.001, 0.005];
 
-/// Clips of the round in which caches are cold, and poses of a round.
+/// The number of clips in the round with cold caches, and the number of poses in a round.
 const CLIPS: usize = 64;
 const POSES: usize = 100_000;
 
-/// Bytes of a joint in a sample that ACL calls raw: rotation, translation and scale as floats.
+/// Bytes of a joint in one of ACL's raw samples: rotation, translation and scale as floats.
 const RAW: usize = 40;
 
 /// The forms of glTF whose encoding is timed.
@@ -58,7 +58,7 @@ pub(crate) fn measure(files: &[&str]) -> Result<()> {
     encoding(files)
 }
 
-/// Prints how many bytes are encoded in a second of processor time: of raw samples, and of the files.
+/// Prints how many bytes are encoded in a second of processor time: bytes of raw samples, and bytes of the files.
 fn encoding(files: &[&str]) -> Result<()> {
     println!("\n| form | bound, mm | MB of raw samples a second | MB of files a second |");
     println!("|---|--:|--:|--:|");
@@ -82,7 +82,7 @@ fn encoding(files: &[&str]) -> Result<()> {
                     }
                     None => PackedClip::encode(scene, 0, bound).map(drop),
                 };
-                // Where there is no motion, or the form is too coarse for the bound, nothing is encoded.
+                // A file without motion is not encoded, nor is a form that is too coarse for the bound.
                 if encoded.is_ok() {
                     raw += raw_of_scene;
                     bytes += bytes_of_file;
@@ -109,7 +109,7 @@ fn import(path: &Path) -> Result<Scene> {
     Ok(scene)
 }
 
-/// Places of all nodes, in double precision.
+/// Positions of all nodes, in double precision.
 fn places(parents: &[Option<usize>], pose: &[Trs]) -> Vec<DVec3> {
     let mut world: Vec<(DVec3, DQuat, f64)> = Vec::with_capacity(pose.len());
     for (parent, local) in std::iter::zip(parents, pose) {
@@ -123,7 +123,7 @@ fn places(parents: &[Option<usize>], pose: &[Trs]) -> Vec<DVec3> {
     world.into_iter().map(|(place, ..)| place).collect()
 }
 
-/// The largest distance of a joint from its place in the scene, at any frame, in metres.
+/// The largest distance of a joint from its position in the scene, at any frame, in metres.
 fn error(scene: &Scene, clip: &PackedClip<'_>) -> f64 {
     let animation = &scene.animations[0];
     let binding = Binding::new(scene, animation);
@@ -150,7 +150,8 @@ fn error(scene: &Scene, clip: &PackedClip<'_>) -> f64 {
     largest
 }
 
-/// Microseconds of a pose: of one clip in order, of one clip in random order, and of 64 copies of it in random order.
+/// Microseconds per pose: of one clip in order, of one clip in random order, and of 64 copies of the clip in random
+/// order.
 fn times(clip: &PackedClip<'_>) -> Result<[f64; 3]> {
     let mut copies = Vec::new();
     for _ in 0..CLIPS {

@@ -1,4 +1,4 @@
-//! Other programs, where they are installed.
+//! Runs other programs, if they are installed.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -21,7 +21,7 @@ pub(crate) fn run(program: &Path, args: &[&str]) -> bool {
     status.is_ok_and(|status| status.success())
 }
 
-/// Seconds of `aiImportFile`, and of one update of all node matrices as the course writes it, at the median.
+/// The median seconds of `aiImportFile`, and of one update of all node matrices as the course does it.
 pub(crate) fn assimp(file: &Path, rounds: usize) -> Option<(f64, f64)> {
     let program = Path::new(HERE).join("../../target/assimp-time");
     let text = output(Command::new(program).arg(file).arg("none").arg(rounds.to_string()))?;
@@ -35,7 +35,7 @@ pub(crate) fn assimp(file: &Path, rounds: usize) -> Option<(f64, f64)> {
     Some((median("import")?, median("update")?))
 }
 
-/// Seconds of three.js' `BVHLoader`, at the median.
+/// The median seconds of three.js' `BVHLoader`.
 pub(crate) fn three(file: &Path, rounds: usize) -> Option<f64> {
     let script = Path::new(HERE).join("peers/three.mjs");
     let text = output(Command::new("node").arg(script).arg(file).arg(rounds.to_string()))?;

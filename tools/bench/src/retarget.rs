@@ -1,5 +1,5 @@
-//! How many poses a second are moved from one skeleton to another, beside three.js, with one thread. Both are measured
-//! by the time that they have a processor, so that other work on the machine counts for neither.
+//! Measures how many poses a second mocap and three.js retarget on one thread. Both are measured by processor time, so
+//! that other work on the machine does not count.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,7 +11,7 @@ use mocap::{Importer, Scene, SkeletonMesh};
 use crate::feet::import;
 use crate::{Result, cpu_seconds};
 
-/// How many times as fast as three.js it must be, and with feet how many poses it must move in a second.
+/// The least ratio to the speed of three.js, and the least number of poses a second with feet.
 const WANTED: f64 = 50.0;
 const WANTED_WITH_FEET: f64 = 20_000.0;
 
@@ -45,7 +45,7 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
     Ok(())
 }
 
-/// Poses a second without and with feet, the best of the rounds.
+/// The most poses a second of any round, without and with feet.
 fn own(source: &Scene, target: &Scene, rounds: usize) -> Result<(f64, f64)> {
     let animation = &source.animations[0];
     let mut retargeter = PoseRetargeter::new(source, target, &PoseRetargetOptions::default())?;
@@ -62,7 +62,7 @@ fn own(source: &Scene, target: &Scene, rounds: usize) -> Result<(f64, f64)> {
     Ok((poses / free, poses / with_feet))
 }
 
-/// The same of three.js, whose caller names the joint of the source for each joint of the target.
+/// The most poses a second of three.js, whose caller names the source joint for each target joint.
 fn three(clip: &str, character: &Path, source: &Scene, target: &Scene) -> Option<f64> {
     let (from, to) = (Humanoid::of(source), Humanoid::of(target));
     let name = |scene: &Scene, joint: Option<mocap::scene::NodeId>| Some(scene.nodes[joint?.index()].name.clone());

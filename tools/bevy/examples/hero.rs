@@ -2,8 +2,8 @@
 //!
 //!     cargo run --features window --example hero -- hero.glb walk.bvh run.fbx
 //!
-//! Paths are relative to the folder in which it is run. With `--picture FILE` it saves what is seen after 20 seconds,
-//! and ends: a software adapter takes so long for its first picture.
+//! Paths are relative to the current folder. With `--picture FILE`, the example saves a picture after 20 seconds and
+//! ends: a software adapter needs this time for its first picture.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -45,7 +45,7 @@ fn main() -> AppExit {
     let assets = AssetPlugin {
         file_path: std::env::current_dir().unwrap_or_default().display().to_string(),
         mode: AssetMode::Unprocessed,
-        // The files are those that the user named.
+        // The user named these files.
         unapproved_path_mode: UnapprovedPathMode::Allow,
         ..default()
     };

@@ -1,4 +1,4 @@
-//! Motions on entities, against the closed form of the lecture's motion and against the library's own kinematics.
+//! Compares motions on entities with the closed form of the lecture's motion, and with the library's kinematics.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use mocap_bevy::{
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures");
 const STEP: Duration = Duration::from_millis(50);
 
-/// What observers heard, one word an event.
+/// The events that observers received, one word per event.
 #[derive(Resource, Default)]
 struct Heard(Vec<String>);
 
@@ -44,7 +44,7 @@ fn figure(app: &mut App, scene: &Scene, path: &str) -> (Entity, Vec<Entity>) {
     (root, nodes)
 }
 
-/// Updates without time until something more was heard.
+/// Updates without time until another event arrives.
 fn wait(app: &mut App) -> String {
     let before = app.world().resource::<Heard>().0.len();
     app.world_mut().resource_mut::<Time>().advance_by(Duration::ZERO);
@@ -73,7 +73,7 @@ fn player(app: &mut App, root: Entity) -> Mut<'_, MotionPlayer> {
 }
 
 /// The positions of the nodes at a tick. The shoulder is at (0.1 (tick + 1), 0.02 tick), the links are 2, 1.5 and 0.5
-/// long. The joints are turned by 5, 10 and 8 degrees times tick + 1 against the link before.
+/// long. The joints are turned by 5, 10 and 8 degrees times tick + 1, relative to the link before.
 fn arm(tick: f64) -> [Vec3; 4] {
     let count = tick + 1.0;
     let (mut x, mut y, mut degrees) = (0.1 * count, 0.02 * tick, 0.0);
@@ -95,7 +95,7 @@ fn entities_stand_where_the_lecture_puts_the_arm() {
     assert!(player(&mut app, root).is_waiting());
     assert_eq!(wait(&mut app), "started");
     for count in 0..19 {
-        // A tick is a tenth of a second, and so two steps.
+        // A tick is a tenth of a second, so it takes two steps.
         for (place, expected) in positions(&app, &nodes).iter().zip(arm(f64::from(count) / 2.0)) {
             assert!(
                 place.abs_diff_eq(expected, 1e-5),
@@ -106,7 +106,7 @@ fn entities_stand_where_the_lecture_puts_the_arm() {
     }
     step(&mut app);
     assert_eq!(app.world().resource::<Heard>().0, ["started", "looped"]);
-    // Once, and backwards.
+    // Plays once, and backwards.
     let mut once = player(&mut app, root);
     (once.loop_mode, once.speed) = (LoopMode::Once, -1.0);
     for _ in 0..30 {
@@ -118,7 +118,7 @@ fn entities_stand_where_the_lecture_puts_the_arm() {
     assert_eq!(app.world().get::<Name>(nodes[0]).unwrap().as_str(), "Shoulder");
 }
 
-/// CMU's names and MakeHuman's, of limbs of both skeletons.
+/// The names of limbs in both skeletons, CMU's and MakeHuman's.
 const LIMBS: [[&str; 4]; 4] = [
     ["LeftArm", "LeftForeArm", "upperarm01.L", "lowerarm01.L"],
     ["RightForeArm", "RightHand", "lowerarm01.R", "wrist.R"],
@@ -191,7 +191,7 @@ fn clips_change_by_a_cross_fade() {
         "{weights:?}"
     );
     assert_eq!(weights[10], 1.0);
-    // The two begin some metres apart: without the fade a joint would jump by that.
+    // The two motions begin some metres apart: without the fade, a joint would jump this distance.
     let whole = last[hips].distance(before[hips]);
     assert!(largest < 0.5 * whole.max(0.5), "{largest} of {whole}");
 }
@@ -225,7 +225,7 @@ fn what_cannot_be_played_is_said() {
         player(&mut app, root).play(motion, clip, Duration::ZERO);
         let heard = wait(&mut app);
         assert!(heard.contains(reason), "{path}: {heard}");
-        // What played before goes on.
+        // The motion that played before continues.
         assert!(player(&mut app, root).is_playing() && !player(&mut app, root).is_waiting());
     }
 }
