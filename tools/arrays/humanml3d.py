@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Computes HumanML3D's 263 numbers in NumPy, after the notebook that defines them, and compares the program's numbers.
 
-    humanml3d.py PROGRAM [--least=N] MOTION ...     what the program writes of motions; with --least files are left out
-                                                    that have no humanoid or too few frames, and N must be compared
-    humanml3d.py --vectors JOINTS.npy VECTORS.npy   the published numbers of a clip, against this restatement
+    humanml3d.py PROGRAM [--least=N] MOTION ...     compares the program's output for motions. With --least, files
+                                                    without a humanoid or with too few frames are omitted, and at least
+                                                    N files must be compared.
+    humanml3d.py --vectors JOINTS.npy VECTORS.npy   compares the published numbers of a clip with this script's
 
 The skeleton keeps the lengths of the input, because the common skeleton of the data set comes from a licensed body.
 """

@@ -2,13 +2,15 @@
 
 usage: python blender.py < REQUESTS > ANSWERS
 
-A request is {"file": PATH, "seconds": [TIME, ..], "importer": "wm.fbx_import" or "import_scene.fbx" or
-"import_scene.gltf"}, the importer built into Blender since 4.5 or that in Python, which is the default here, or that of
-glTF; the input is a list of them. The answer to it is {"version": .., "bones":
-[NAME, ..], "off_child": {NAME: DEGREES}, "places": [[[x, y, z], ..], ..], "vertices": [[..]], "rate": .., "end": SECONDS, "console": [LINE, ..]}: for each
-time the places of the heads of all bones in metres with +Y up, and those of the vertices of all meshes where the request
-has "vertices"; the angles at rest between a bone, which Blender draws along +Y of its frame, and the line to its
-child; of several children to the nearest, or to their middle; and the lines that the importer prints beside the version of the file.
+The input is a list of requests {"file": PATH, "seconds": [TIME, ..], "importer": NAME}. NAME is "wm.fbx_import", the
+importer built into Blender since 4.5; or "import_scene.fbx", the importer in Python and the default here; or
+"import_scene.gltf". The answer to a request is {"version": .., "bones": [NAME, ..], "off_child": {NAME: DEGREES},
+"places": [[[x, y, z], ..], ..], "vertices": [[..]], "rate": .., "end": SECONDS, "console": [LINE, ..]}.
+
+"places" has the heads of all bones at each time, in metres with +Y up. "vertices" has the vertices of all meshes, if
+the request has "vertices". "off_child" has the rest angles between a bone, which Blender draws along +Y of its frame,
+and the line to its child. With several children, the line goes to the nearest child or to their middle. "console" has
+the lines that the importer prints besides the version of the file.
 """
 
 import contextlib

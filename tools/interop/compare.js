@@ -16,8 +16,8 @@ export function ticksOf(frames) {
 }
 
 /**
- * Two functions from the steps that a written file names: from a tick of the file to a tick of its source, and from a
- * position in the source to a position in the file. Throws at a step that it cannot repeat.
+ * Makes two functions from the steps that a written file names. One converts a tick of the file to a tick of its
+ * source, the other a position in the source to a position in the file. Throws at a step that it cannot repeat.
  */
 export function stepsOf(provenance) {
   let ticksBefore = 0;

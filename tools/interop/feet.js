@@ -151,8 +151,8 @@ function shareBelow({ frames }, heights) {
 }
 
 /**
- * Compares a motion with its retargeted copy: the mean angle of the limbs in degrees, the speed of feet in contact in
- * metres a second, and the fraction of frames below the floor. Joints and, with a mesh, soles count as below the floor.
+ * Compares a motion with its retargeted copy. Returns the mean angle of the limbs in degrees, the speed of feet in
+ * contact in m/s, and the fraction of frames below the floor. Joints and, with a mesh, soles count as below the floor.
  */
 export function compare(source, target) {
   const feet = source.hasFeet && target.hasFeet ? compareFeet(source, target) : undefined;

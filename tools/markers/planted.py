@@ -23,8 +23,8 @@ CENTRES = 0.005  # m
 ANGLES = 1.5  # degrees
 METRES = 0.056444  # in a unit of CMU's BVH files
 
-# A marker: the joint that moves it, the joint beside it, and its offset from that joint in metres along the axes of a
-# T-pose: left (outwards for the limbs), up, forward. Names are those of CMU's conversion to BVH.
+# A marker: the joint that moves it, the joint beside it, and its offset from the latter in metres. The axes of the
+# offset are those of a T-pose: left (outwards for the limbs), up, forward. Names are those of CMU's conversion to BVH.
 MIDDLE = {
     "C7": ("Spine1", "Neck", (0.0, 0.02, -0.06)),
     "T10": ("Spine1", "Spine1", (0.0, 0.0, -0.10)),

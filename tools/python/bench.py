@@ -1,9 +1,10 @@
 """Compares this package with pybvh: both read the same files and compute the position of every joint in every frame.
 
-Prints a row for each file: the frames; the shortest processor time of both over several runs, for all threads together;
-the ratio of speeds by processor time and by wall-clock time. Then the ratio by processor time with the SHA-256 of the
-file, which only this package computes by default; and the largest difference of positions as a fraction of the figure's
-height. The exit code is 1 if this difference exceeds 1e-5, or if the ratio without the hash is below 10.
+Prints a row for each file: the frames, and the shortest processor time of both over several runs, for all threads
+together. Then follows the ratio of speeds by processor time and by wall-clock time. The next column is the ratio by
+processor time with the SHA-256 of the file, which only this package computes by default. The last column is the largest
+difference of positions as a fraction of the figure's height. The exit code is 1 if this difference exceeds 1e-5, or if
+the ratio without the hash is below 10.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Measures motions on robots in MuJoCo, in more ways than `check.py`: jumps without a cause in the source, the
-acceleration of joints, velocities beyond the limits, and the measures of `check.py`. Prints a row per clip, and the
+"""Measures motions on robots in MuJoCo: the measures of `check.py`, jumps without a cause in the source, the
+acceleration of joints, and velocities beyond the limits. Prints a row per clip, and the
 worst values at the end.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/measure.py [--json FILE] [--against FILE] [--table] [-- OPTION...]

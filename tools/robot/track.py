@@ -23,8 +23,9 @@ from check import ROBOTS, ROOT, soles
 STEP, STIFFNESS, DAMPING = 0.002, 3.0, 0.03
 # The radius of the corner of a sole, in metres.
 CORNER = 0.005
-# The servos of `helped` give the full effort at a tenth of a radian. For the spring at the base: the angular frequency
-# in 1/s at which the weight moves the base by 2.5 cm, and the radius of gyration of a humanoid in metres.
+# The servos of `helped` give the full effort at a tenth of a radian. The spring at the base has an
+# angular frequency in 1/s, at which the weight moves the base by 2.5 cm. GYRATION is a humanoid's radius of gyration in
+# metres.
 HELPED_STIFFNESS, SPRING, GYRATION = 10.0, 20.0, 0.3
 # The robot has fallen if its base is lower than this fraction of the wanted height, or is tilted by more than this
 # angle in radians.

@@ -1,5 +1,5 @@
 """Reads the files of `mocap robot --to` by the documentation of each training code, and compares them with MuJoCo's
-kinematics of the same motion: keys, shapes, types, orders of rotations, bodies and joints, rates, velocities.
+kinematics of the same motion. It checks keys, shapes, types, orders of rotations, bodies and joints, rates, velocities.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/trainers.py
 

@@ -2,10 +2,11 @@
 
 usage: python face.py FOLDER
 
-What a reader of one writer's files alone would miss: quadrangles, normals and indexed texture coordinates of corners,
-subsets with materials, a mesh with its own order of joints and one that a single joint moves, left-handed faces, shapes of
-all points and of some, a shape of two meshes under one name, a shape with another between, a weight that stays, an order of
-weights other than that of shapes, an animation of joints alone, and a mesh that no joint moves.
+The file has features that a single writer's files lack. Meshes: quadrangles, normals and indexed texture coordinates of
+corners, subsets with materials, left-handed faces. Skins: a mesh with its own order of joints, a mesh with a single
+joint, and a mesh without joints. Blend shapes: shapes of all points and of some points, one shape name for two meshes,
+a shape with an in-between shape. Animation: a constant weight, an order of weights that differs from the order of
+shapes, and an animation without blend shapes.
 """
 
 import sys

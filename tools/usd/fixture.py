@@ -2,9 +2,10 @@
 
 usage: python fixture.py FOLDER
 
-What a reader of one writer's files alone would miss: centimetres with +Z up, a moved, turned and scaled prim above the
-skeleton, time codes that begin at 101 and 48 of them a second, translations and rotations at different times, a joint whose
-path skips a name, joints row by row, an animation that leaves out a joint and has another order, scales, and text in other quotes.
+The file has features that a single writer's files lack. Stage: centimetres with +Z up, time codes from 101 at 48 a
+second, text in other quotes. Skeleton: a moved, rotated and scaled prim above it, a joint whose path skips a name,
+joints row by row. Animation: translations and rotations at different times, scales, an omitted joint, another order of
+joints.
 """
 
 import sys

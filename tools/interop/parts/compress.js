@@ -1,5 +1,5 @@
-// Checks the compressed forms within a bound of a millimetre: with the validator on the file and on its unpacked copy,
-// with three.js and its decoder, and with Babylon and its decoder in Chromium.
+// Checks the compressed forms within a bound of a millimetre. The validator reads the file and its unpacked copy.
+// three.js and, in Chromium, Babylon read the file with their decoders.
 
 import { statSync } from "node:fs";
 import { basename, join } from "node:path";

@@ -1,5 +1,6 @@
 // A typical program of a first course in animation. It loads a motion with the highest quality and without bones,
-// prints its content, and plays it: it writes each channel into its node, and prints the world position of every node.
+// and prints its content. Then it plays the motion: it writes each channel into its node, and prints the world position
+// of every node.
 //
 //     course motion.bvh
 

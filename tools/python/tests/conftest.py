@@ -16,8 +16,8 @@ os.environ["XDG_STATE_HOME"] = STATE.name
 REPOSITORY = Path(__file__).parents[3]
 REAL = REPOSITORY / "fixtures" / "real"
 
-# Five dialects: a plain file; one whose root adds to its OFFSET; one with six moving channels per joint; one with
-# different rotation orders; and one with NaN among the values.
+# Five dialects: a plain file, a root that adds to its OFFSET, six moving channels per joint, different rotation orders,
+# and NaN among the values.
 DIALECTS = {
     "cmu_12_01_walk.bvh": False,
     "additive_root_walk.bvh": True,
