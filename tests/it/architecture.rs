@@ -6,7 +6,7 @@ use std::fs;
 use crate::source::{Crossing, Source, crossings, sources};
 
 /// The packages from the bottom up. A package imports only packages of earlier lines. Its tests may also import
-/// packages of its own line.
+/// packages of the same line.
 const LINES: &str = "scene, compress figure, formats solve, io edit, retarget render, corpus, job, cli";
 /// Files with more than 450 lines of code. A new file of this size must be a table, or be split.
 const LONG: &str = "src/figure/names/words.rs src/formats/bvh/read/rows.rs src/formats/bvh/read/scene.rs";

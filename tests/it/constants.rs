@@ -36,7 +36,7 @@ const REASONS: [&str; 22] = [
     " within ",
 ];
 
-/// The smallest number of words in the comment of a whole number: what is counted, and why so many.
+/// The smallest number of words in the comment of a whole number: the counted items, and the reason of their number.
 const FEWEST_WORDS: usize = 3;
 
 /// The missing part of the comment of a constant on a line; `None` if nothing is missing, and for any other line. Whole

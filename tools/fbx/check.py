@@ -70,7 +70,7 @@ def texts(entry):
 
 
 def unique(names):
-    """The names in the file, each of them unique."""
+    """The names in the file, which are made unique."""
     taken, last, made = set(), {}, []
     for name in names:
         name = "".join("_" if ord(c) < 32 or 127 <= ord(c) < 160 else c for c in name)

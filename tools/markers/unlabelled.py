@@ -62,7 +62,7 @@ def main():
         words = next(line for line in said.split("\n") if line.startswith("markers: "))
         print(words)
         legs = [label for label, own in zip(labels, found) if landmark(label)[1:] in LEGS and landmark(label) != own]
-        # A guess may be wrong if mocap marks it as uncertain.
+        # Legs must always be right. Only a guess with the confidence `likely` is limited to four errors.
         if given.hold and (legs or len(wrong) > 4 and words.endswith("(likely)")):
             sys.exit(f"{name}: wrong, and said to be likely")
 

@@ -21,7 +21,7 @@ SIGNS = {
     Verdict.CRASH: "crash or no end",
 }
 
-# The rows of the compact table. Every fixture stands in one of them.
+# The rows of the compact table. Every fixture is in one of them.
 GROUPS = {
     "No dialect": ["plain", "one_frame"],
     "Keywords and channels in any case": [

@@ -285,7 +285,10 @@ part("characters", function* () {
   }
 });
 
-/** The hand of one character has its palm up at rest, half a turn about the arm from any T-pose. */
+/**
+ * The rotation of a hand whose palm faces up at rest to the T-pose's palm: half a turn about the arm. Only the chosen
+ * character may have such a hand.
+ */
 function palmDown(bone) {
   const [, side] = bone.match(/^(left|right)Hand$/) ?? [];
   if (!side) return [0, 0, 0, 1];

@@ -5,8 +5,8 @@
 FOLDER has the clips of `labels.tsv`, at any depth; each law changes each readable BVH file. If mocap has a step for a
 law, or a format such as GLB, mocap makes the change; `plant.py` makes all other changes in the text of the file. The
 script prints a table: for each law, how many clips keep their verdict, and how many change between good and bad. Three
-kinds are disabled: values that are no numbers and missing frames, because they disappear with the file, and frozen
-frames, because a law adds them. Files of poses are omitted, because a held pose is no motion.
+kinds are disabled: values that are no numbers and missing frames, because a changed copy of the file lacks them, and
+frozen frames, because a law adds them. Files of poses are omitted, because a held pose is no motion.
 """
 
 import argparse

@@ -3,7 +3,7 @@
 //! ```text
 //! file     := "PMX ", version f32, u8, and as many bytes: encoding (0 UTF-16, 1 UTF-8), further texture coordinates,
 //!             bytes of an index of a vertex, a texture, a material, a bone, a morph, a body; name, English name,
-//!             comment, English comment; vertices, indices, textures, materials, bones, morphs, and what is not read
+//!             comment, English comment; vertices, indices, textures, materials, bones, morphs, and unread data
 //! text     := i32 of bytes, bytes
 //! bone     := name, English name, position, parent, layer i32, flags u16, tail (position or bone), and by flags: bone
 //!             and ratio f32 of what it inherits; a fixed axis; local axes x and z; a key i32; IK

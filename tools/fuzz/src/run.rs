@@ -22,7 +22,7 @@ const ONE_OF: u64 = 4;
 /// The size of the longest file of which every byte is tried.
 const SHORT: usize = 320;
 
-/// The current input, its name, and the time since when it runs.
+/// The current input, its name, and its start time.
 static CURRENT: Mutex<Option<(Vec<u8>, &str, Instant)>> = Mutex::new(None);
 
 /// The time for which to try a format.

@@ -13,7 +13,7 @@ import { describe } from "../glb.js";
 import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
 
 /**
- * The allowed excess of the skinned mesh's box over the figure's size, as a fraction: a joint's octahedron has 0.18 of
+ * The allowed excess of the skinned mesh's box over the figure's size, as a fraction: the radius of a knob is 0.18 of
  * its link's length.
  */
 const THICKNESS = 0.2;

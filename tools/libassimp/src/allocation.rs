@@ -41,7 +41,7 @@ pub(crate) extern "C" fn _ZN6Assimp6Intern22AllocateFromAssimpHeapnaEmRKSt9nothr
 /// `block` is NULL or comes from `new`, and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6Assimp6Intern22AllocateFromAssimpHeapdlEPv(block: *mut c_void) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { heap::delete(block) };
 }
 
@@ -51,6 +51,6 @@ pub(crate) unsafe extern "C" fn _ZN6Assimp6Intern22AllocateFromAssimpHeapdlEPv(b
 /// `block` is NULL or comes from `new[]`, and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6Assimp6Intern22AllocateFromAssimpHeapdaEPv(block: *mut c_void) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { heap::delete_array(block) };
 }

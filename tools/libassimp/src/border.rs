@@ -79,7 +79,7 @@ pub(crate) fn error_text_of_system() -> String {
 /// # Safety
 /// `text` is NULL or ends with a zero byte.
 unsafe fn text_or_empty(text: *const c_char) -> String {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     match unsafe { self::text(text, "") } {
         Ok(text) => text.to_string_lossy().into_owned(),
         Err(_) => String::new(),

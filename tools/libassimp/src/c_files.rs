@@ -11,7 +11,7 @@ use crate::system::calls;
 /// # Safety
 /// `files` is a file system, whose functions do what the headers say.
 pub(crate) unsafe fn read(files: *mut aiFileIO, path: &CStr, most: usize) -> Option<Vec<u8>> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         let (open, close) = ((*files).OpenProc?, (*files).CloseProc?);
         let file = open(files, path.as_ptr(), c"rb".as_ptr());

@@ -16,7 +16,7 @@ use crate::{importer, to_assimp};
 /// `path` is NULL or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiImportFile(path: *const c_char, flags: u32) -> *const aiScene {
-    // SAFETY: the same promise, and neither a file system nor properties.
+    // SAFETY: the caller's promise in `# Safety`, and neither a file system nor properties.
     unsafe { aiImportFileExWithProperties(path, flags, ptr::null_mut(), ptr::null()) }
 }
 
@@ -30,7 +30,7 @@ pub(crate) unsafe extern "C" fn aiImportFileEx(
     flags: u32,
     files: *mut aiFileIO,
 ) -> *const aiScene {
-    // SAFETY: the same promise, and no properties.
+    // SAFETY: the caller's promise in `# Safety`, and no properties.
     unsafe { aiImportFileExWithProperties(path, flags, files, ptr::null()) }
 }
 
@@ -68,7 +68,7 @@ pub(crate) unsafe extern "C" fn aiImportFileFromMemory(
     flags: u32,
     hint: *const c_char,
 ) -> *const aiScene {
-    // SAFETY: the same promise, and no properties.
+    // SAFETY: the caller's promise in `# Safety`, and no properties.
     unsafe { aiImportFileFromMemoryWithProperties(first, size, flags, hint, ptr::null()) }
 }
 
@@ -130,7 +130,7 @@ unsafe fn import_for_c(
 /// `scene` is NULL or comes from an import, and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiReleaseImport(scene: *const aiScene) {
-    // SAFETY: the same promise; a scene without an importer belongs to itself.
+    // SAFETY: the caller's promise in `# Safety`; a scene without an importer belongs to itself.
     unsafe {
         let Some(it) = scene.as_ref() else { return };
         match it.mPrivate.as_ref().map_or(ptr::null_mut(), |private| private.importer) {
@@ -146,7 +146,7 @@ pub(crate) unsafe extern "C" fn aiReleaseImport(scene: *const aiScene) {
 /// `scene` is NULL or comes from an import.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiApplyPostProcessing(scene: *const aiScene, flags: u32) -> *const aiScene {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { apply(scene, (flags != 0).then_some(Steps::Flags(flags))) }
 }
 
@@ -161,7 +161,7 @@ pub(crate) unsafe extern "C" fn _Z31aiApplyCustomizedPostProcessingPK7aiScenePN6
     process: *mut c_void,
     validate: bool,
 ) -> *const aiScene {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { apply(scene, (!process.is_null()).then_some(Steps::Process(process, validate))) }
 }
 
@@ -171,7 +171,7 @@ pub(crate) unsafe extern "C" fn _Z31aiApplyCustomizedPostProcessingPK7aiScenePN6
 /// `scene` is NULL or such a scene, and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiFreeScene(scene: *const aiScene) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { to_assimp::free(scene.cast_mut()) };
 }
 

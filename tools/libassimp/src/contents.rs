@@ -36,13 +36,13 @@ pub(crate) unsafe fn of(request: &Request<'_>) -> Result<Contents, String> {
         Input::File(path) | Input::FileOf(_, path) => (path.to_string_lossy().into_owned(), extension(path)),
         Input::Memory(_, hint) => ("the file in memory".to_owned(), hint.to_string_lossy().to_lowercase()),
     };
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let head = unsafe { read(request, HEAD) }?;
     let begins = |word: &[u8]| head.trim_ascii_start().starts_with(word);
     let is_gltf = begins(b"glTF") || (begins(b"{") && matches!(extension.as_str(), "gltf" | "glb" | "vrm"));
     let is_fbx = begins(b"Kaydara FBX Binary") || begins(b"; FBX");
     if is_gltf || is_fbx {
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         let all = unsafe { read(request, usize::MAX) }?;
         let has_meshes = if is_gltf {
             gltf::has_meshes(&all)
@@ -72,7 +72,7 @@ pub(crate) unsafe fn of(request: &Request<'_>) -> Result<Contents, String> {
 pub(crate) unsafe fn all(request: &Request<'_>) -> Option<Vec<u8>> {
     match request.input {
         Input::File(_) if request.handlers.io.0.is_null() => None,
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         _ => unsafe { read(request, usize::MAX) }.ok(),
     }
 }
@@ -84,7 +84,7 @@ pub(crate) unsafe fn all(request: &Request<'_>) -> Option<Vec<u8>> {
 pub(crate) unsafe fn read(request: &Request<'_>, most: usize) -> Result<Vec<u8>, String> {
     match request.input {
         Input::Memory(bytes, _) => Ok(bytes[..bytes.len().min(most)].to_vec()),
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         Input::FileOf(files, path) => unsafe { c_files::read(files, path, most) }.ok_or_else(|| unable_to_open(path)),
         Input::File(path) if request.handlers.io.0.is_null() => {
             let file = File::open(Path::new(OsStr::from_bytes(path.to_bytes())));
@@ -94,7 +94,7 @@ pub(crate) unsafe fn read(request: &Request<'_>, most: usize) -> Result<Vec<u8>,
             Ok(bytes)
         }
         Input::File(path) => {
-            // SAFETY: the same promise.
+            // SAFETY: the caller's promise in `# Safety`.
             let bytes = unsafe { request.handlers.io.read(path.as_ptr(), most) };
             bytes.ok_or_else(|| unable_to_open(path))
         }

@@ -30,7 +30,7 @@ impl StdString {
         // SAFETY: the place has room for a string; it is not moved, and destructed below.
         unsafe { Self::construct(string, text) };
         let result = use_it(string);
-        // SAFETY: as above; a long text stands in a block of its own.
+        // SAFETY: the string was made above; a long text is in a separate block.
         unsafe {
             if text.len() >= LOCAL {
                 heap::delete((*string).first);
@@ -52,7 +52,7 @@ impl StdString {
     /// # Safety
     /// `place` has room for a string.
     pub(crate) unsafe fn construct(place: *mut Self, text: &[u8]) {
-        // SAFETY: the caller passes room for a string; the text goes into the string or into a block of its own.
+        // SAFETY: the caller passes room for a string; the text goes into the string or into a separate block.
         unsafe {
             let local = (&raw mut (*place).local).cast::<u8>();
             let first = if text.len() < LOCAL {

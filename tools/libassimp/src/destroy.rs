@@ -14,7 +14,7 @@ use crate::heap::{delete, delete_array, delete_counted_array};
 /// All that the scene points to is NULL or from the C++ heap, belongs to the scene alone, and is not used any more. The
 /// same holds for the arguments of the functions below.
 pub(crate) unsafe fn scene(scene: &mut aiScene) {
-    // SAFETY: the caller promises it for all of these.
+    // SAFETY: the caller promises it in `# Safety` for all of these.
     unsafe {
         if !scene.mRootNode.is_null() {
             node(&mut *scene.mRootNode);
@@ -42,7 +42,7 @@ pub(crate) unsafe fn scene(scene: &mut aiScene) {
 /// As [`scene`].
 pub(crate) unsafe fn node(node: &mut aiNode) {
     // A graph may be too deep for recursive calls.
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     let mut open = unsafe { take_children(node) };
     while let Some(child) = open.pop() {
         // SAFETY: a child is NULL or a node of its parent's alone.
@@ -60,7 +60,7 @@ pub(crate) unsafe fn node(node: &mut aiNode) {
 /// # Safety
 /// As [`scene`].
 unsafe fn take_children(node: &mut aiNode) -> Vec<*mut aiNode> {
-    // SAFETY: the node has so many pointers to children, and owns its arrays.
+    // SAFETY: the node has this number of pointers to children, and owns its arrays.
     unsafe {
         let children = match node.mChildren.is_null() {
             true => Vec::new(),
@@ -76,7 +76,7 @@ unsafe fn take_children(node: &mut aiNode) -> Vec<*mut aiNode> {
 /// # Safety
 /// As [`scene`].
 unsafe fn mesh(mesh: &mut aiMesh) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     unsafe {
         for array in [mesh.mVertices, mesh.mNormals, mesh.mTangents, mesh.mBitangents] {
             delete_array(array);
@@ -93,7 +93,7 @@ unsafe fn mesh(mesh: &mut aiMesh) {
 /// # Safety
 /// As [`scene`].
 unsafe fn anim_mesh(mesh: &mut aiAnimMesh) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     unsafe {
         for array in [mesh.mVertices, mesh.mNormals, mesh.mTangents, mesh.mBitangents] {
             delete_array(array);
@@ -108,7 +108,7 @@ unsafe fn anim_mesh(mesh: &mut aiAnimMesh) {
 /// # Safety
 /// As [`scene`].
 pub(crate) unsafe fn material(material: &mut aiMaterial) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     unsafe {
         pointers(material.mProperties, material.mNumProperties, |it| {
             material_property(it);
@@ -121,14 +121,14 @@ pub(crate) unsafe fn material(material: &mut aiMaterial) {
 /// # Safety
 /// As [`scene`].
 pub(crate) unsafe fn material_property(property: &mut aiMaterialProperty) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     unsafe { delete_array(property.mData) };
 }
 
 /// # Safety
 /// As [`scene`].
 unsafe fn animation(animation: &mut aiAnimation) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     unsafe {
         pointers(animation.mChannels, animation.mNumChannels, |it: &mut aiNodeAnim| {
             delete_array(it.mPositionKeys);
@@ -153,7 +153,7 @@ unsafe fn animation(animation: &mut aiAnimation) {
 /// # Safety
 /// As [`scene`]; NULL is allowed.
 unsafe fn metadata(metadata: *mut aiMetadata) {
-    // SAFETY: the caller promises it; each value is of the type that stands beside it.
+    // SAFETY: the caller promises it in `# Safety`; each value has the type beside it.
     unsafe {
         let Some(it) = metadata.as_ref() else { return };
         if !it.mValues.is_null() {
@@ -176,7 +176,7 @@ unsafe fn metadata(metadata: *mut aiMetadata) {
 /// As [`scene`]; NULL is allowed.
 pub(crate) unsafe fn blobs(first: *mut aiExportDataBlob) {
     let mut next = first;
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises it in `# Safety`.
     unsafe {
         while let Some(blob) = next.as_ref() {
             let this = std::mem::replace(&mut next, blob.next);
@@ -194,7 +194,7 @@ unsafe fn pointers<T>(first: *mut *mut T, count: u32, destroy: impl Fn(&mut T)) 
     if first.is_null() {
         return;
     }
-    // SAFETY: there are `count` pointers, each NULL or to a thing that belongs to the array alone.
+    // SAFETY: there are `count` pointers, each NULL or to a value that only the array owns.
     unsafe {
         for &pointer in std::slice::from_raw_parts(first, count as usize) {
             if let Some(it) = pointer.as_mut() {

@@ -45,7 +45,7 @@ static FORMATS: Table = Table([
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
     match calls::export_format_count() {
-        // SAFETY: it takes nothing.
+        // SAFETY: the function takes no argument.
         Ok(count) => unsafe { count() },
         Err(_) => FORMATS.0.len(),
     }
@@ -58,7 +58,7 @@ pub(crate) extern "C" fn aiGetExportFormatDescription(index: usize) -> *const ai
         return ptr::null();
     }
     match calls::export_format_description() {
-        // SAFETY: there are more formats than that.
+        // SAFETY: the number of formats is larger.
         Ok(describe) => unsafe { describe(index) },
         Err(_) => &raw const FORMATS.0[index],
     }
@@ -90,7 +90,7 @@ pub(crate) unsafe extern "C" fn aiExportScene(
     path: *const c_char,
     flags: u32,
 ) -> aiReturn {
-    // SAFETY: the same promise, and no file system.
+    // SAFETY: the caller's promise in `# Safety`, and no file system.
     unsafe { aiExportSceneEx(scene, format, path, ptr::null_mut(), flags) }
 }
 
@@ -174,7 +174,7 @@ pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
 /// `blob` is NULL or comes from [`aiExportSceneToBlob`], and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiReleaseExportBlob(blob: *const aiExportDataBlob) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::blobs(blob.cast_mut()) };
 }
 
@@ -183,7 +183,7 @@ pub(crate) unsafe extern "C" fn aiReleaseExportBlob(blob: *const aiExportDataBlo
 /// # Safety
 /// `scene` is NULL or a whole scene; `id` ends with a zero byte.
 unsafe fn own(scene: *const aiScene, id: *const c_char) -> Result<(Document, Format), String> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let (id, scene) = unsafe { (text(id, "the format")?, scene.as_ref().ok_or("the scene is NULL")?) };
     let format = match id.to_bytes() {
         b"gltf2" => Format::Text,

@@ -22,19 +22,19 @@ pub(crate) unsafe fn scene(scene: *const aiScene) -> Result<Scene, String> {
     // SAFETY: the caller passes NULL or a scene.
     let from = unsafe { scene.as_ref() }.ok_or("the scene is NULL")?;
     let mut to = Scene::default();
-    // SAFETY: the scene has so many animations, each whole; the same for what follows.
+    // SAFETY: the scene has this number of animations, each of them whole. This also holds for the calls below.
     for animation in unsafe { targets(from.mAnimations, from.mNumAnimations, "mAnimations") }? {
         // SAFETY: the animation is whole.
         to.animations.push(unsafe { self::animation(animation) }?);
     }
     // SAFETY: the root is NULL or the head of a whole graph.
     unsafe { add_node(&mut to, from.mRootNode, None, 0) }?;
-    // SAFETY: the scene has so many materials.
+    // SAFETY: the scene has this number of materials.
     for material in unsafe { targets(from.mMaterials, from.mNumMaterials, "mMaterials") }? {
         // SAFETY: the material is whole.
         to.materials.push(unsafe { self::material(material) });
     }
-    // SAFETY: the scene has so many meshes.
+    // SAFETY: the scene has this number of meshes.
     for mesh in unsafe { targets(from.mMeshes, from.mNumMeshes, "mMeshes") }? {
         // SAFETY: the mesh is whole.
         let mesh = unsafe { self::mesh(mesh, &to.nodes) }?;
@@ -62,7 +62,7 @@ pub(crate) unsafe fn check_nothing_is_lost(scene: &aiScene) -> Result<(), String
             return lost(what);
         }
     }
-    // SAFETY: the scene has so many meshes, materials and animations.
+    // SAFETY: the scene has these numbers of meshes, materials and animations.
     unsafe {
         for mesh in targets(scene.mMeshes, scene.mNumMeshes, "mMeshes")? {
             if mesh.mTextureCoords.iter().any(|array| !array.is_null()) {
@@ -96,7 +96,7 @@ pub(crate) unsafe fn check_nothing_is_lost(scene: &aiScene) -> Result<(), String
 /// # Safety
 /// `count` is 0, or `first` is NULL or points to `count` pointers, each NULL or to a value.
 unsafe fn targets<'a, T>(first: *mut *mut T, count: u32, what: &str) -> Result<Vec<&'a T>, String> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let pointers = unsafe { slice::<*mut T>(first, count as usize, what) }?;
     let target = |pointer: &*mut T| {
         // SAFETY: the pointer is NULL or leads to a value.
@@ -115,7 +115,7 @@ unsafe fn add_node(scene: &mut Scene, node: *const aiNode, parent: Option<NodeId
     }
     let id = NodeId::new(scene.nodes.len());
     let name = node.mName.to_text();
-    // SAFETY: the node has so many meshes.
+    // SAFETY: the node has this number of meshes.
     let meshes = unsafe { slice::<u32>(node.mMeshes, node.mNumMeshes as usize, "mMeshes") }?;
     scene.nodes.push(Node {
         kind: kind(scene, &name, parent, node.mNumChildren),
@@ -125,7 +125,7 @@ unsafe fn add_node(scene: &mut Scene, node: *const aiNode, parent: Option<NodeId
         meshes: meshes.iter().map(|&mesh| mesh as usize).collect(),
         ..Node::default()
     });
-    // SAFETY: the node has so many children.
+    // SAFETY: the node has this number of children.
     for child in unsafe { targets(node.mChildren, node.mNumChildren, "mChildren") }? {
         // SAFETY: the child is a node.
         unsafe { add_node(scene, child, Some(id), depth + 1) }?;
@@ -153,11 +153,11 @@ fn kind(scene: &Scene, name: &str, parent: Option<NodeId>, children: u32) -> Nod
 /// # Safety
 /// The mesh's counts and pointers fit together.
 unsafe fn mesh(mesh: &aiMesh, nodes: &[Node]) -> Result<Mesh, String> {
-    // SAFETY: the mesh has so many vertices, and as many normals if any.
+    // SAFETY: the mesh has this number of vertices, and no or as many normals.
     let vertices = unsafe { slice(mesh.mVertices, mesh.mNumVertices as usize, "mVertices") }?;
-    // SAFETY: as above.
+    // SAFETY: the mesh has no or as many normals.
     let normals = unsafe { slice(mesh.mNormals, mesh.mNumVertices as usize, "mNormals") }?;
-    // SAFETY: the mesh has so many faces.
+    // SAFETY: the mesh has this number of faces.
     let faces = unsafe { slice(mesh.mFaces, mesh.mNumFaces as usize, "mFaces") }?;
     let indices_per_face = faces.first().map_or(3, |face| face.mNumIndices);
     let primitive = match indices_per_face {
@@ -170,11 +170,11 @@ unsafe fn mesh(mesh: &aiMesh, nodes: &[Node]) -> Result<Mesh, String> {
         if face.mNumIndices != indices_per_face {
             return Err("a mesh of points and triangles cannot be written; use aiProcess_SortByPType".to_owned());
         }
-        // SAFETY: the face has so many indices.
+        // SAFETY: the face has this number of indices.
         indices.extend_from_slice(unsafe { slice(face.mIndices, face.mNumIndices as usize, "mIndices") }?);
     }
     let mut bones = Vec::new();
-    // SAFETY: the mesh has so many bones.
+    // SAFETY: the mesh has this number of bones.
     for bone in unsafe { targets(mesh.mBones, mesh.mNumBones, "mBones") }? {
         // SAFETY: the bone is whole.
         bones.push(unsafe { self::bone(bone, nodes) }?);
@@ -201,7 +201,7 @@ unsafe fn bone(bone: &aiBone, nodes: &[Node]) -> Result<Bone, String> {
     let name = bone.mName.to_text();
     let node = nodes.iter().position(|node| node.name == name);
     let node = node.ok_or_else(|| format!("the bone \"{name}\" has no node"))?;
-    // SAFETY: the bone has so many weights.
+    // SAFETY: the bone has this number of weights.
     let weights = unsafe { slice(bone.mWeights, bone.mNumWeights as usize, "mWeights") }?;
     let weights = weights.iter().map(|weight| VertexWeight {
         vertex_id: weight.mVertexId,
@@ -249,7 +249,7 @@ unsafe fn material(material: &aiMaterial) -> Material {
 /// The animation's counts and pointers fit together.
 unsafe fn animation(animation: &aiAnimation) -> Result<Animation, String> {
     let mut channels = Vec::new();
-    // SAFETY: the animation has so many channels.
+    // SAFETY: the animation has this number of channels.
     for channel in unsafe { targets(animation.mChannels, animation.mNumChannels, "mChannels") }? {
         // SAFETY: the channel is whole.
         channels.push(unsafe { self::channel(channel) }?);
@@ -265,7 +265,7 @@ unsafe fn animation(animation: &aiAnimation) -> Result<Animation, String> {
 /// # Safety
 /// The channel's counts and pointers fit together.
 unsafe fn channel(channel: &aiNodeAnim) -> Result<Channel, String> {
-    // SAFETY: the channel has so many keys of each kind.
+    // SAFETY: the channel has these numbers of keys.
     let (positions, rotations, scalings) = unsafe {
         (
             slice(

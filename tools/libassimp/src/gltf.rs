@@ -58,12 +58,12 @@ pub(crate) fn has_meshes(bytes: &[u8]) -> bool {
 /// # Safety
 /// The pointers of the input and of the handlers point to values of their types.
 pub(crate) unsafe fn require_buffers(request: &Request<'_>) -> Result<(), String> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let document = document(&unsafe { contents::read(request, usize::MAX) }?);
     let used: BTreeSet<usize> = document.buffer_views.iter().map(|view| view.buffer).collect();
     let used = used.into_iter().filter_map(|index| document.buffers.get(index));
     for uri in used.filter_map(file_of) {
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         if !unsafe { can_be_opened(request, uri) } {
             return Err(format!("GLTF: could not open referenced file \"{uri}\""));
         }
@@ -91,10 +91,10 @@ unsafe fn can_be_opened(request: &Request<'_>, uri: &str) -> bool {
         return false;
     };
     match request.input {
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         Input::FileOf(files, _) => unsafe { c_files::read(files, &name, 1) }.is_some(),
         _ if request.handlers.io.0.is_null() => File::open(path).is_ok(),
-        // SAFETY: as above.
+        // SAFETY: the caller's promise in `# Safety`.
         _ => unsafe { request.handlers.io.read(name.as_ptr(), 1) }.is_some(),
     }
 }

@@ -25,20 +25,20 @@ const COUNT: usize = size_of::<usize>();
 /// `new T`
 pub(crate) fn new<T: Copy>(value: T) -> *mut T {
     let place = allocate(size_of::<T>()).cast::<T>();
-    // SAFETY: the block has room for the value, and the alignment that every type of Assimp's is content with.
+    // SAFETY: the block has room for the value, and an alignment that suits every type of Assimp.
     unsafe { place.write(value) };
     place
 }
 
 /// `operator new(size)`
 pub(crate) fn allocate(size: usize) -> *mut c_void {
-    // SAFETY: any size may be asked for.
+    // SAFETY: any size is allowed.
     checked(size, unsafe { new_or_null(size, &raw const NOTHROW) })
 }
 
 /// `operator new[](size)`
 pub(crate) fn allocate_array(size: usize) -> *mut c_void {
-    // SAFETY: any size may be asked for.
+    // SAFETY: any size is allowed.
     checked(size, unsafe { new_array_or_null(size, &raw const NOTHROW) })
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn new_pointers<T: Copy>(values: Vec<T>) -> *mut *mut T {
 /// # Safety
 /// `block` is NULL or comes from `new`, and is not used any more.
 pub(crate) unsafe fn delete<T>(block: *mut T) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { operator_delete(block.cast()) };
 }
 
@@ -87,7 +87,7 @@ pub(crate) unsafe fn delete<T>(block: *mut T) {
 /// # Safety
 /// `first` is NULL or comes from `new[]`, and is not used any more.
 pub(crate) unsafe fn delete_array<T>(first: *mut T) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { operator_delete_array(first.cast()) };
 }
 
@@ -99,7 +99,7 @@ pub(crate) unsafe fn delete_counted_array<T>(first: *mut T, destroy: impl Fn(&mu
     if first.is_null() {
         return;
     }
-    // SAFETY: the block begins with the count, and the things follow.
+    // SAFETY: the block begins with the count, and the values follow.
     unsafe {
         let block = first.cast::<usize>().byte_sub(COUNT);
         std::slice::from_raw_parts_mut(first, *block)

@@ -25,23 +25,23 @@ pub(crate) unsafe fn import<'s>(
     request: &Request<'_>,
     system: impl FnOnce() -> Result<&'s SystemImporter, String>,
 ) -> Result<*mut aiScene, String> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let forward = |system: &SystemImporter| unsafe { forward(request, system) };
     if request.always_forward {
         return forward(system()?);
     }
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let contents = unsafe { contents::of(request) }?;
     match contents {
         Contents::Motion => {
-            // SAFETY: the same promise.
+            // SAFETY: the caller's promise in `# Safety`.
             let scene = unsafe { read(request) }?;
             finish(&scene, 0, request, system)
         }
         Contents::WithMeshes => match system::system().and_then(|_| forward(system()?)) {
             Ok(scene) => Ok(scene),
             Err(reason) => {
-                // SAFETY: the same promise.
+                // SAFETY: the caller's promise in `# Safety`.
                 let scene = unsafe { read_scene(request) }.map_err(|own| match own == reason {
                     true => own,
                     false => format!("{own} ({reason})"),
@@ -51,7 +51,7 @@ pub(crate) unsafe fn import<'s>(
                 Ok(native)
             }
         },
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         Contents::Scene => match unsafe { read_scene(request) } {
             Ok(scene) => finish(&scene, 0, request, system),
             Err(own) => match system::system().and_then(|_| forward(system()?)) {
@@ -84,7 +84,7 @@ fn finish<'s>(
         return match unsafe { system.run(native, Steps::Flags(request.flags), request.properties, progress) } {
             Ok(()) => Ok(native),
             Err(reason) => {
-                // SAFETY: as above; nobody has the scene.
+                // SAFETY: the scene was made above, and nobody else has it.
                 unsafe { to_assimp::free(native) };
                 Err(reason)
             }
@@ -95,7 +95,7 @@ fn finish<'s>(
     let mut scene = scene.clone();
     flags::run(&mut scene, request.flags)?;
     if request.flags != 0 {
-        // SAFETY: as above.
+        // SAFETY: the caller of `import` passes NULL or a handler.
         unsafe { progress.post_process(1, 1) };
     }
     Ok(to_assimp::scene(&scene, scene_flags | flags::of_scene(request.flags)))
@@ -114,7 +114,7 @@ unsafe fn forward(request: &Request<'_>, system: &SystemImporter) -> Result<*mut
     match input {
         Input::File(path) => system.read_file(path, flags, properties, handlers),
         Input::Memory(bytes, hint) => system.read_memory(bytes, flags, hint, properties, handlers),
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         Input::FileOf(files, path) => unsafe { c_files::import(files, path, flags, properties) },
     }
 }
@@ -124,7 +124,7 @@ unsafe fn forward(request: &Request<'_>, system: &SystemImporter) -> Result<*mut
 /// # Safety
 /// As [`import`].
 unsafe fn read_scene(request: &Request<'_>) -> Result<Scene, String> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         gltf::require_buffers(request)?;
         read(request)
@@ -145,7 +145,7 @@ unsafe fn read(request: &Request<'_>) -> Result<Scene, String> {
         .file_units(true)
         .root_offset(RootOffset::Replace);
     let path_of = |path: &CStr| Path::new(OsStr::from_bytes(path.to_bytes())).to_owned();
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let scene = match (request.input, unsafe { contents::all(request) }) {
         (Input::Memory(bytes, hint), _) => {
             let name = Path::new("memory").with_extension(OsStr::from_bytes(hint.to_bytes()));

@@ -38,7 +38,7 @@ pub(crate) unsafe extern "C" fn _ZN6Assimp8ImporterC1Ev(importer: *mut Importer)
 /// As [`_ZN6Assimp8ImporterC1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6Assimp8ImporterC2Ev(importer: *mut Importer) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { _ZN6Assimp8ImporterC1Ev(importer) };
 }
 
@@ -143,7 +143,7 @@ pub(crate) fn new() -> *mut Importer {
 /// # Safety
 /// `importer` comes from [`new`], or from the `new` of a program or of the system's Assimp, and is not used any more.
 pub(crate) unsafe fn delete(importer: *mut Importer) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         _ZN6Assimp8ImporterD1Ev(importer);
         heap::delete(importer);

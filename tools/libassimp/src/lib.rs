@@ -8,7 +8,7 @@
 // is empty.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #![allow(unsafe_code, reason = "pointers of other languages go in and out")]
-// The names are Assimp's, and those that the C++ compiler makes of them.
+// The names come from Assimp and from the C++ compiler.
 #![allow(non_snake_case, non_upper_case_globals)]
 #![deny(clippy::missing_safety_doc, clippy::undocumented_unsafe_blocks)]
 // Tests may unwrap; the library may not.

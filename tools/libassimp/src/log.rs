@@ -22,7 +22,7 @@ pub(crate) fn warn(message: &str) {
     };
     let logger = match system::opened() {
         Some(_) => calls::logger()
-            // SAFETY: it takes nothing.
+            // SAFETY: the function takes no argument.
             .map_or(ptr::null_mut(), |get| unsafe { get() }),
         None => OWN.load(Ordering::Acquire),
     };
@@ -93,7 +93,7 @@ macro_rules! messages {
             /// `logger` is a `Logger`, and `message` is NULL or ends with a zero byte.
             #[unsafe(no_mangle)]
             pub(crate) unsafe extern "C" fn $symbol(logger: Logger, message: *const c_char) {
-                // SAFETY: the same promise; the severity stands behind the table.
+                // SAFETY: the caller's promise in `# Safety`; the severity follows the table.
                 unsafe {
                     if logger.cast::<usize>().add(1).cast::<i32>().read() >= $severity {
                         virtual_call::log(logger, $place, message);

@@ -26,7 +26,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialProperty(
     index: u32,
     out: *mut *const aiMaterialProperty,
 ) -> aiReturn {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let found = unsafe { find(material, key, semantic, index) };
     if !out.is_null() {
         // SAFETY: the caller passes a valid pointer to a pointer.
@@ -48,7 +48,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialFloatArray(
     out: *mut f32,
     max: *mut u32,
 ) -> aiReturn {
-    // SAFETY: the same promise; `as` rounds to the nearest.
+    // SAFETY: the caller's promise in `# Safety`; `as` rounds to the nearest.
     unsafe { numbers(material, key, semantic, index, out, max, |number| number as f32) }
 }
 
@@ -65,7 +65,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialIntegerArray(
     out: *mut i32,
     max: *mut u32,
 ) -> aiReturn {
-    // SAFETY: the same promise; `as` cuts what stands behind the point.
+    // SAFETY: the caller's promise in `# Safety`; `as` drops the digits after the point.
     unsafe { numbers(material, key, semantic, index, out, max, |number| number as i32) }
 }
 
@@ -83,7 +83,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialColor(
 ) -> aiReturn {
     let mut count = 4;
     let mut colour = [0.0, 0.0, 0.0, 1.0];
-    // SAFETY: the same promise, and there is room for four numbers.
+    // SAFETY: the caller's promise in `# Safety`, and there is room for four numbers.
     let result =
         unsafe { aiGetMaterialFloatArray(material, key, semantic, index, colour.as_mut_ptr(), &raw mut count) };
     if result == AI_SUCCESS && !out.is_null() {
@@ -105,7 +105,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialString(
     index: u32,
     out: *mut aiString,
 ) -> aiReturn {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let found = unsafe { find(material, key, semantic, index) };
     let Some(property) = found.filter(|property| property.mType == PROPERTY_STRING) else {
         return AI_FAILURE;
@@ -133,7 +133,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialString(
 /// `material` is NULL or a material.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiGetMaterialTextureCount(material: *const aiMaterial, semantic: u32) -> u32 {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let properties = unsafe { properties(material) };
     let is_texture = |property: &&aiMaterialProperty| property.mSemantic == semantic && has_key(property, TEXTURE_FILE);
     properties.filter(is_texture).count() as u32
@@ -156,7 +156,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialTexture(
     _map_mode: *mut u32,
     _flags: *mut u32,
 ) -> aiReturn {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { aiGetMaterialString(material, TEXTURE_FILE.as_ptr(), semantic, index, path) }
 }
 
@@ -173,7 +173,7 @@ pub(crate) unsafe extern "C" fn aiGetMaterialUVTransform(
     out: *mut aiUVTransform,
 ) -> aiReturn {
     let mut count = 5;
-    // SAFETY: the same promise; a transform is five numbers.
+    // SAFETY: the caller's promise in `# Safety`; a transform is five numbers.
     unsafe { aiGetMaterialFloatArray(material, key, semantic, index, out.cast(), &raw mut count) }
 }
 
@@ -214,7 +214,7 @@ pub(crate) extern "C" fn aiTextureTypeToString(kind: u32) -> *const c_char {
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN10aiMaterialC1Ev(material: *mut aiMaterial) {
     const ROOM: [*mut aiMaterialProperty; 5] = [ptr::null_mut(); 5];
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         material.write(aiMaterial {
             mProperties: heap::new_array(&ROOM),
@@ -230,7 +230,7 @@ pub(crate) unsafe extern "C" fn _ZN10aiMaterialC1Ev(material: *mut aiMaterial) {
 /// As [`_ZN10aiMaterialC1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN10aiMaterialC2Ev(material: *mut aiMaterial) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { _ZN10aiMaterialC1Ev(material) };
 }
 
@@ -240,7 +240,7 @@ pub(crate) unsafe extern "C" fn _ZN10aiMaterialC2Ev(material: *mut aiMaterial) {
 /// `material` is a material that is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN10aiMaterialD1Ev(material: *mut aiMaterial) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::material(&mut *material) };
 }
 
@@ -250,7 +250,7 @@ pub(crate) unsafe extern "C" fn _ZN10aiMaterialD1Ev(material: *mut aiMaterial) {
 /// As [`_ZN10aiMaterialD1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN10aiMaterialD2Ev(material: *mut aiMaterial) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::material(&mut *material) };
 }
 
@@ -261,7 +261,7 @@ pub(crate) unsafe extern "C" fn _ZN10aiMaterialD2Ev(material: *mut aiMaterial) {
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZNK10aiMaterial7GetNameEv(material: *const aiMaterial) -> aiString {
     let mut name = aiString::new("");
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { aiGetMaterialString(material, c"?mat.name".as_ptr(), 0, 0, &raw mut name) };
     name
 }
@@ -324,7 +324,7 @@ unsafe fn numbers<T>(
     max: *mut u32,
     convert: impl Fn(f64) -> T,
 ) -> aiReturn {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let Some(property) = (unsafe { find(material, key, semantic, index) }) else {
         return AI_FAILURE;
     };
@@ -340,7 +340,7 @@ unsafe fn numbers<T>(
     let max = unsafe { max.as_mut() };
     let count = values.len().min(max.as_ref().map_or(1, |max| **max as usize));
     for (index, &value) in values[..count].iter().enumerate() {
-        // SAFETY: the caller has room for so many numbers.
+        // SAFETY: the caller has room for this number of numbers.
         unsafe { out.add(index).write(convert(value)) };
     }
     if let Some(max) = max {

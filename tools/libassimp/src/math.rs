@@ -55,7 +55,7 @@ macro_rules! functions {
             let ($place, $($argument,)*) = unsafe {
                 (target.read(), $($crate::math::Argument::value($argument),)*)
             };
-            // SAFETY: as above.
+            // SAFETY: the caller passes the place of a value.
             unsafe { target.write({ $($body)* }) };
         }
         functions! { $($rest)* }
@@ -73,7 +73,7 @@ macro_rules! functions {
         pub(crate) unsafe extern "C" fn $name(place: *mut $type $(, $argument: $argument_type)*) {
             // SAFETY: the caller passes places of values.
             let ($($argument,)*) = unsafe { ($($crate::math::Argument::value($argument),)*) };
-            // SAFETY: as above.
+            // SAFETY: the caller passes the place of a value.
             unsafe { place.write({ $($body)* }) };
         }
         functions! { $($rest)* }

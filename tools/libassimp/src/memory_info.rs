@@ -14,7 +14,7 @@ pub(crate) unsafe extern "C" fn aiGetMemoryRequirements(scene: *const aiScene, i
     if scene.is_null() || info.is_null() {
         return AI_FAILURE;
     }
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { info.write(of(scene)) };
     AI_SUCCESS
 }
@@ -32,7 +32,7 @@ pub(crate) unsafe fn of(scene: *const aiScene) -> aiMemoryInfo {
         lights: 0,
         total: size_of::<aiScene>() as u32,
     };
-    // SAFETY: a whole scene has as much at its pointers as its counts say.
+    // SAFETY: the pointers of a whole scene match its counts.
     unsafe {
         let Some(scene) = scene.as_ref() else {
             info.total = 0;
@@ -94,7 +94,7 @@ unsafe fn mesh(mesh: &aiMesh) -> u32 {
     of_vertex += mesh.mColors.iter().filter(|array| !array.is_null()).count() * 4 * size_of::<f32>();
     of_vertex += mesh.mTextureCoords.iter().filter(|array| !array.is_null()).count() * vector;
     let mut bytes = size_of::<aiMesh>() + mesh.mNumVertices as usize * of_vertex;
-    // SAFETY: the mesh has so many bones.
+    // SAFETY: the mesh has this number of bones.
     for bone in unsafe { things(mesh.mBones, mesh.mNumBones) } {
         bytes += size_of::<aiBone>() + bone.mNumWeights as usize * size_of::<aiVertexWeight>();
     }
@@ -107,6 +107,6 @@ unsafe fn mesh(mesh: &aiMesh) -> u32 {
 /// `first` is NULL or points to `count` pointers, each NULL or to a thing.
 unsafe fn things<'a, T: 'a>(first: *const *mut T, count: u32) -> impl Iterator<Item = &'a T> {
     let count = if first.is_null() { 0 } else { count as usize };
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     (0..count).filter_map(move |index| unsafe { first.add(index).read().as_ref() })
 }

@@ -56,7 +56,7 @@ pub(crate) unsafe extern "C" fn aiReleasePropertyStore(store: *mut Properties) {
 /// `store` is NULL or a store, and `name` is NULL or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiSetImportPropertyInteger(store: *mut Properties, name: *const c_char, value: i32) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     if let Some((store, name)) = unsafe { store_and_name(store, name) } {
         store.integers.insert(name, value);
     }
@@ -68,7 +68,7 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyInteger(store: *mut Propertie
 /// `store` is NULL or a store, and `name` is NULL or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiSetImportPropertyFloat(store: *mut Properties, name: *const c_char, value: f32) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     if let Some((store, name)) = unsafe { store_and_name(store, name) } {
         store.floats.insert(name, value);
     }
@@ -84,7 +84,7 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyString(
     name: *const c_char,
     value: *const aiString,
 ) {
-    // SAFETY: the same promise; an `aiString` ends with a zero byte.
+    // SAFETY: the caller's promise in `# Safety`; an `aiString` ends with a zero byte.
     if let Some(((store, name), value)) = unsafe { store_and_name(store, name).zip(value.as_ref()) } {
         let value = CStr::from_bytes_until_nul(&value.data).unwrap_or_default();
         store.strings.insert(name, value.into());
@@ -101,7 +101,7 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyMatrix(
     name: *const c_char,
     value: *const aiMatrix4x4,
 ) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     if let Some(((store, name), value)) = unsafe { store_and_name(store, name).zip(value.as_ref()) } {
         store.matrices.insert(name, *value);
     }
@@ -110,7 +110,7 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyMatrix(
 /// # Safety
 /// `store` is NULL or a store that only this call uses, and `name` is NULL or ends with a zero byte.
 unsafe fn store_and_name<'a>(store: *mut Properties, name: *const c_char) -> Option<(&'a mut Properties, Name)> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     let store = unsafe { store.as_mut() }?;
     if name.is_null() {
         return None;

@@ -39,7 +39,7 @@ pub(crate) unsafe extern "C" fn _ZN7aiSceneC1Ev(scene: *mut aiScene) {
 /// As [`_ZN7aiSceneC1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN7aiSceneC2Ev(scene: *mut aiScene) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { _ZN7aiSceneC1Ev(scene) };
 }
 
@@ -49,7 +49,7 @@ pub(crate) unsafe extern "C" fn _ZN7aiSceneC2Ev(scene: *mut aiScene) {
 /// `scene` is a scene that owns what it points to, and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN7aiSceneD1Ev(scene: *mut aiScene) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::scene(&mut *scene) };
 }
 
@@ -59,7 +59,7 @@ pub(crate) unsafe extern "C" fn _ZN7aiSceneD1Ev(scene: *mut aiScene) {
 /// As [`_ZN7aiSceneD1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN7aiSceneD2Ev(scene: *mut aiScene) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::scene(&mut *scene) };
 }
 
@@ -79,7 +79,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNodeC1Ev(node: *mut aiNode) {
 /// As [`_ZN6aiNodeC1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6aiNodeC2Ev(node: *mut aiNode) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { _ZN6aiNodeC1Ev(node) };
 }
 
@@ -110,7 +110,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNodeC2ERKNSt7__cxx1112basic_stringIcSt11ch
     node: *mut aiNode,
     name: *const StdString,
 ) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { _ZN6aiNodeC1ERKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEE(node, name) };
 }
 
@@ -120,7 +120,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNodeC2ERKNSt7__cxx1112basic_stringIcSt11ch
 /// `node` is a node that owns what it points to, and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6aiNodeD1Ev(node: *mut aiNode) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::node(&mut *node) };
 }
 
@@ -130,7 +130,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNodeD1Ev(node: *mut aiNode) {
 /// As [`_ZN6aiNodeD1Ev`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZN6aiNodeD2Ev(node: *mut aiNode) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { destroy::node(&mut *node) };
 }
 
@@ -148,7 +148,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNode11addChildrenEjPPS_(
     if children.is_null() || count == 0 {
         return;
     }
-    // SAFETY: the caller passes a node, which has so many children, and `count` nodes more.
+    // SAFETY: the caller passes a node with this number of children, and `count` more nodes.
     unsafe {
         let added = std::slice::from_raw_parts(children, count as usize);
         for child in added.iter().filter_map(|child| child.as_mut()) {
@@ -186,7 +186,7 @@ pub(crate) unsafe extern "C" fn _ZN6aiNode8FindNodeEPKc(node: *mut aiNode, name:
 /// As [`_ZN6aiNode8FindNodeEPKc`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn _ZNK6aiNode8FindNodeEPKc(node: *const aiNode, name: *const c_char) -> *const aiNode {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { _ZN6aiNode8FindNodeEPKc(node.cast_mut(), name) }
 }
 

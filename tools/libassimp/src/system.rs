@@ -44,7 +44,7 @@ pub(crate) struct System {
 
 // SAFETY: a handle of the dynamic linker may be used from any thread.
 unsafe impl Send for System {}
-// SAFETY: as above.
+// SAFETY: a handle of the dynamic linker may be used from any thread.
 unsafe impl Sync for System {}
 
 static SYSTEM: OnceLock<Result<System, String>> = OnceLock::new();
@@ -99,7 +99,7 @@ macro_rules! system_functions {
                 let symbol = std::ffi::CStr::from_bytes_with_nul(NAME.as_bytes()).unwrap_or_default();
                 // SAFETY: the function of the headers.
                 match unsafe { crate::system::function::<unsafe extern "C" fn($($type),*) -> $result>(symbol) } {
-                    // SAFETY: the same promise.
+                    // SAFETY: the caller's promise in `# Safety`.
                     Ok(function) => unsafe { function($($name),*) },
                     Err(_) => $otherwise,
                 }
@@ -157,7 +157,7 @@ fn is_this(path: &Path) -> bool {
 fn own_path() -> Option<PathBuf> {
     // SAFETY: zero bytes are a valid `Dl_info`, and the address is one of this library.
     let mut info: libc::Dl_info = unsafe { std::mem::zeroed() };
-    // SAFETY: as above.
+    // SAFETY: the address is an address of this library, and `info` has room for the answer.
     let found = unsafe { libc::dladdr((&raw const mocap_libassimp).cast(), &raw mut info) };
     if found == 0 || info.dli_fname.is_null() {
         return None;

@@ -118,7 +118,7 @@ impl SystemImporter {
         }
         read?;
         if let Steps::Process(process, validate) = steps {
-            // SAFETY: an importer with a scene or without one, and a process of the program's.
+            // SAFETY: an importer with or without a scene, and a process of the program.
             unsafe { apply(self.0, process, validate) };
         }
         let processed = self.take_scene()?;
@@ -156,7 +156,7 @@ impl SystemImporter {
         // SAFETY: an importer, and handlers that live until the end of this call.
         with.clone().for_each(|(set, handler)| unsafe { set(self.0, handler) });
         let result = read();
-        // SAFETY: as above; NULL restores the importer's own handler, and leaves the other to its owner.
+        // SAFETY: an importer. NULL restores its own handler, and the other handler stays with its owner.
         with.for_each(|(set, _)| unsafe { set(self.0, ptr::null_mut()) });
         Ok(result)
     }
@@ -206,7 +206,7 @@ impl Drop for SystemImporter {
 /// # Safety
 /// Both are scenes.
 unsafe fn swap_contents(left: *mut aiScene, right: *mut aiScene) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         ptr::swap(left, right);
         ptr::swap(&raw mut (*left).mPrivate, &raw mut (*right).mPrivate);
@@ -264,7 +264,7 @@ impl Loader {
             base: [0; BASE / 8],
             scene,
         });
-        // SAFETY: the block begins with room for the base class, and that with the table of the derived one.
+        // SAFETY: the block begins with room for the base class, which begins with the derived class's table.
         unsafe {
             construct(loader.cast());
             loader.cast::<Word>().write(Word::table(LOADER.as_ptr()));
@@ -303,7 +303,7 @@ impl Loader {
     /// # Safety
     /// `this` is a loader whose scene lives, and `scene` another scene.
     unsafe extern "C" fn read(this: *mut Self, _path: *const StdString, scene: *mut aiScene, _io: *mut c_void) {
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         unsafe { swap_contents((*this).scene, scene) };
     }
 }

@@ -42,7 +42,7 @@ pub(crate) fn scene(scene: &Scene, flags: u32) -> *mut aiScene {
 /// # Safety
 /// `scene` is NULL or a scene of the C++ heap that is not used any more.
 pub(crate) unsafe fn free(scene: *mut aiScene) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         if let Some(it) = scene.as_mut() {
             destroy::scene(it);
@@ -64,7 +64,7 @@ fn nodes(scene: &Scene) -> *mut aiNode {
         }
     }
     for (&node, children) in nodes.iter().zip(&children) {
-        // SAFETY: as above.
+        // SAFETY: the nodes were made above, and nothing else refers to them yet.
         let node = unsafe { &mut *node };
         node.mNumChildren = children.len() as u32;
         node.mChildren = heap::new_array(children);

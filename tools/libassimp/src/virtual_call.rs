@@ -10,7 +10,7 @@ use crate::cpp_string::bytes_or_empty;
 /// `object` has such a table, with a function of type `F` at this index.
 unsafe fn function<F: Copy>(object: *mut c_void, place: usize) -> F {
     const { assert!(size_of::<F>() == size_of::<*mut c_void>()) };
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { object.cast::<*const F>().read().add(place).read() }
 }
 
@@ -65,7 +65,7 @@ impl Progress {
     /// # Safety
     /// This is NULL or a `ProgressHandler`.
     pub(crate) unsafe fn file_read(self, done: c_int, all: c_int) {
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         unsafe { self.update(3, done, all) };
     }
 
@@ -74,7 +74,7 @@ impl Progress {
     /// # Safety
     /// This is NULL or a `ProgressHandler`.
     pub(crate) unsafe fn post_process(self, done: c_int, all: c_int) {
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         unsafe { self.update(4, done, all) };
     }
 
@@ -96,7 +96,7 @@ impl Progress {
 pub(crate) unsafe fn log(logger: *mut c_void, place: usize, message: *const c_char) {
     /// Longer messages are an error in Assimp, too.
     const LONGEST: usize = 1024;
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         if bytes_or_empty(message).len() <= LONGEST && !message.is_null() {
             function::<unsafe extern "C" fn(*mut c_void, *const c_char)>(logger, place)(logger, message);

@@ -128,14 +128,14 @@ pub(super) fn vrma() -> Vec<Vec<u8>> {
     written.into()
 }
 
-/// A small robot, and whole ones.
+/// Robots in URDF: a small robot, and whole robots.
 pub(super) fn urdf() -> Vec<Vec<u8>> {
     let mut seeds = vec![URDF.to_vec()];
     seeds.extend(["robots/h1.urdf", "robots/g1_29dof_rev_1_0.urdf"].map(read));
     seeds
 }
 
-/// As above.
+/// Robots in MJCF: a small robot, and whole robots.
 pub(super) fn mjcf() -> Vec<Vec<u8>> {
     let mut seeds = vec![MJCF.to_vec()];
     seeds.extend(["robots/h1_nomesh.xml", "robots/g1_29dof_rev_1_0_nomesh.xml"].map(read));
@@ -153,7 +153,7 @@ pub(super) fn npz() -> Vec<Vec<u8>> {
     made.into()
 }
 
-/// As above.
+/// Arrays of small motions as CSV, whose source is [`ARRAYS_OF`].
 pub(super) fn csv() -> Vec<Vec<u8>> {
     let motion = Arrays::of(&import(ARRAYS_OF), &ArrayOptions::new()).expect("arrays are made");
     vec![

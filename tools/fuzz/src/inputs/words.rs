@@ -1,6 +1,6 @@
 //! Keywords for changed files.
 
-/// Keywords of each format.
+/// Keywords of BVH.
 pub(super) const BVH_WORDS: &[&str] = &[
     "HIERARCHY",
     "ROOT",
@@ -31,7 +31,7 @@ pub(super) const BVH_WORDS: &[&str] = &[
     "\u{e9}",
 ];
 
-/// As above.
+/// Keywords of ASF and AMC.
 pub(super) const ACCLAIM_WORDS: &[&str] = &[
     ":units",
     ":root",
@@ -78,7 +78,7 @@ pub(super) const MOT_WORDS: &[&str] = &[
     "1e39",
 ];
 
-/// As above.
+/// Keywords of TRC.
 pub(super) const TRC_WORDS: &[&str] = &[
     "PathFileType",
     "DataRate",
@@ -98,7 +98,7 @@ pub(super) const TRC_WORDS: &[&str] = &[
     " ",
 ];
 
-/// As above.
+/// Keywords of C3D.
 pub(super) const C3D_WORDS: &[&str] = &[
     "POINT",
     "USED",
@@ -117,7 +117,7 @@ pub(super) const C3D_WORDS: &[&str] = &[
     "\0",
 ];
 
-/// As above.
+/// Keywords of FBX.
 pub(super) const FBX_WORDS: &[&str] = &[
     "Objects:  {",
     "Connections:  {",
@@ -145,7 +145,7 @@ pub(super) const FBX_WORDS: &[&str] = &[
     "\0",
 ];
 
-/// As above.
+/// Keywords of glTF.
 pub(super) const GLTF_WORDS: &[&str] = &[
     "{",
     "}",
@@ -163,7 +163,7 @@ pub(super) const GLTF_WORDS: &[&str] = &[
     "\0",
 ];
 
-/// As above.
+/// Keywords of VRM animations.
 pub(super) const VRMA_WORDS: &[&str] = &[
     "\"VRMC_vrm_animation\":",
     "\"humanBones\":",
@@ -177,7 +177,7 @@ pub(super) const VRMA_WORDS: &[&str] = &[
     "null",
 ];
 
-/// As above.
+/// Keywords of URDF and MJCF.
 pub(super) const ROBOT_WORDS: &[&str] = &[
     "<robot name=\"a\">",
     "<link name=\"a\"/>",
@@ -204,7 +204,7 @@ pub(super) const ROBOT_WORDS: &[&str] = &[
     "<!DOCTYPE a [<!ENTITY a \"aaaa\">]>",
 ];
 
-/// As above.
+/// Keywords of USD.
 pub(super) const USD_WORDS: &[&str] = &[
     "#usda 1.0\n",
     "def SkelRoot \"a\"\n{\n",
@@ -243,10 +243,10 @@ pub(super) const USD_WORDS: &[&str] = &[
     "PK\u{5}\u{6}",
 ];
 
-/// As above.
+/// Keywords of arrays in CSV.
 pub(super) const CSV_WORDS: &[&str] = &["time", ",", "\n", "Hips", ".x", "\"", "# mocap", "{", "}", "nan"];
 
-/// As above.
+/// Keywords of NumPy archives.
 pub(super) const NPZ_WORDS: &[&str] = &[
     "PK\u{3}\u{4}",
     "\u{93}NUMPY",

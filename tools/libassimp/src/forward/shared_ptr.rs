@@ -96,21 +96,21 @@ unsafe extern "C" fn destruct(_this: *mut Counted) {}
 /// # Safety
 /// `this` comes from `new`, and is not used any more; the same for the functions below.
 unsafe extern "C" fn delete_counted(this: *mut Counted) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { delete(this) };
 }
 
 /// # Safety
 /// `this` holds NULL or an object with a virtual destructor.
 unsafe extern "C" fn dispose_object(this: *mut Counted) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { delete_object((*this).pointer) };
 }
 
 /// # Safety
 /// `this` holds NULL or a `std::vector` of numbers, which begins with the pointer to them.
 unsafe extern "C" fn dispose_vector(this: *mut Counted) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe {
         let vector = (*this).pointer.cast::<*mut c_void>();
         if !vector.is_null() {
@@ -123,7 +123,7 @@ unsafe extern "C" fn dispose_vector(this: *mut Counted) {
 /// # Safety
 /// `this` holds NULL or an array of bytes.
 unsafe extern "C" fn dispose_bytes(this: *mut Counted) {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { delete_array((*this).pointer) };
 }
 
@@ -138,7 +138,7 @@ unsafe extern "C" fn deleter_of_bytes(this: *mut Counted, asked: *const TypeInfo
     let name = unsafe { CStr::from_ptr((*asked).name) };
     if name == c"St14default_deleteIA_hE" {
         // The deleter has no size, and shares the address of the pointer.
-        // SAFETY: the field is one of the object.
+        // SAFETY: the field belongs to the object.
         unsafe { (&raw mut (*this).pointer).cast() }
     } else {
         std::ptr::null_mut()

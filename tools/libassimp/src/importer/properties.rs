@@ -9,7 +9,7 @@ use crate::cpp_string::StdString;
 /// # Safety
 /// `name` ends with a zero byte.
 unsafe fn named(name: *const c_char) -> Box<CStr> {
-    // SAFETY: the same promise.
+    // SAFETY: the caller's promise in `# Safety`.
     unsafe { CStr::from_ptr(name) }.into()
 }
 

@@ -95,7 +95,7 @@ impl State {
             handlers: self.handlers,
             always_forward: self.has_registered,
         };
-        // SAFETY: the same promise.
+        // SAFETY: the caller's promise in `# Safety`.
         match caught(|| unsafe { import::import(&request, || self.system()) }) {
             Ok(scene) => self.scene = scene,
             Err(failure) => self.failure = failure,
@@ -138,7 +138,7 @@ impl Drop for State {
 /// # Safety
 /// `importer` was constructed and not destructed, and no other thread uses it.
 pub(crate) unsafe fn state<'a>(importer: *const Importer) -> Option<&'a mut State> {
-    // SAFETY: the constructor has put the pointer there, and only the destructor takes it away; what stands behind an
+    // SAFETY: the constructor has put the pointer there, and only the destructor takes it away; the state behind an
     // importer of either library begins with a pointer.
     unsafe {
         let state = (*importer).state;
@@ -172,7 +172,7 @@ macro_rules! methods {
                 let symbol = std::ffi::CStr::from_bytes_with_nul(SYMBOL.as_bytes()).unwrap_or_default();
                 // SAFETY: the same method of the system's Assimp, whose importer this is.
                 match unsafe { crate::system::function::<Method>(symbol) } {
-                    // SAFETY: the same promise.
+                    // SAFETY: the caller's promise in `# Safety`.
                     Ok(method) => unsafe { method(importer $(, $name)*) },
                     Err(_) => $otherwise,
                 }
