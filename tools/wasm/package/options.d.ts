@@ -1033,8 +1033,8 @@ export type RootMotion = "keep" | "in-place" | "extract";
 
 /**
  * How a root's OFFSET and its position channels combine.
- * `"auto"`: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the median of all
- * frames. Replaces otherwise.
+ * `"auto"`: Adds in two cases. The root's position is near zero in the first frame or in the median of all frames, but the
+ * OFFSET is not zero. Or the position stays near zero along an OFFSET that puts the feet on the floor. Otherwise, replaces.
  * `"replace"`: The position channels replace the OFFSET, as in Assimp and Blender.
  * `"add"`: The position channels are added to the OFFSET.
  */
@@ -1373,8 +1373,8 @@ export interface SmoothStep {
   /** The part of the body to filter. Default: the whole body; with `joints`, only these joints. */
   part?: "upper" | "legs" | "arms" | "head";
   /**
-   * The joints to filter, by the name of a joint or of a bone. The joints below them are not filtered. With `part`, the step
-   * filters both the part and these joints.
+   * The joints to filter, by the name of a joint or of a bone. The step does not filter the joints below these joints. With
+   * `part`, the step filters both the part and these joints.
    */
   joints?: string[];
   /** The time range to filter. Default: the whole motion. */
@@ -1613,9 +1613,9 @@ export interface BoneAxisStep {
 }
 
 /**
- * Brings a hand or a foot to a target during a time range. The wrist or the ankle reaches the target, or a joint below it.
- * The limb moves to the target before the range, stays there during the range, and moves back after the range. The upper and
- * the lower bone of the limb turn. The elbow or the knee bends about the same axis as in the rest of the motion. A hand turns
+ * Brings a hand or a foot to a target during a time range. The wrist, the ankle or the joint `tip` reaches the target. The
+ * limb moves to the target before the range, stays there during the range, and moves back after the range. The upper and the
+ * lower bone of the limb turn. The elbow or the knee bends about the same axis as in the rest of the motion. A hand turns
  * with its forearm, but a foot keeps its rotation in the world. Nothing else changes.
  */
 export interface ReachStep {

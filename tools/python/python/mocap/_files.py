@@ -55,8 +55,9 @@ def read(
             one subject; FILE: a JSON object from labels to landmarks. Default: markers stay points.
         retime: Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
-            ``"auto"``: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the
-                median of all frames. Replaces otherwise.
+            ``"auto"``: Adds in two cases. The root's position is near zero in the first frame or in the median of
+                all frames, but the OFFSET is not zero. Or the position stays near zero along an OFFSET that puts the
+                feet on the floor. Otherwise, replaces.
             ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
             ``"add"``: The position channels are added to the OFFSET.
         skeleton: The skeleton of an .amc motion. Default: the .asf file in its folder with the same prefix, or the
@@ -130,8 +131,9 @@ def read_bytes(
             one subject; FILE: a JSON object from labels to landmarks. Default: markers stay points.
         retime: Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
-            ``"auto"``: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the
-                median of all frames. Replaces otherwise.
+            ``"auto"``: Adds in two cases. The root's position is near zero in the first frame or in the median of
+                all frames, but the OFFSET is not zero. Or the position stays near zero along an OFFSET that puts the
+                feet on the floor. Otherwise, replaces.
             ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
             ``"add"``: The position channels are added to the OFFSET.
         skeleton: The skeleton of an .amc motion. Default: the .asf file in its folder with the same prefix, or the
@@ -317,8 +319,9 @@ def convert(
             one subject; FILE: a JSON object from labels to landmarks. Default: markers stay points.
         retime: Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
-            ``"auto"``: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the
-                median of all frames. Replaces otherwise.
+            ``"auto"``: Adds in two cases. The root's position is near zero in the first frame or in the median of
+                all frames, but the OFFSET is not zero. Or the position stays near zero along an OFFSET that puts the
+                feet on the floor. Otherwise, replaces.
             ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
             ``"add"``: The position channels are added to the OFFSET.
         skeleton: The skeleton of an .amc motion. Default: the .asf file in its folder with the same prefix, or the

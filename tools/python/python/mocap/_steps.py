@@ -121,8 +121,8 @@ def smooth(
         cut_off: The cut-off frequency in Hz: the filter keeps slower changes, and removes faster ones. Default: 6,
             which is above the frequencies of a walk.
         part: The part of the body to filter. Default: the whole body; with ``joints``, only these joints.
-        joints: The joints to filter, by the name of a joint or of a bone. The joints below them are not filtered.
-            With ``part``, the step filters both the part and these joints.
+        joints: The joints to filter, by the name of a joint or of a bone. The step does not filter the joints below
+            these joints. With ``part``, the step filters both the part and these joints.
         range: The time range to filter. Default: the whole motion.
         ease: Seconds before the range during which the effect of the filter fades in, and after the range during
             which it fades out. Default: 0.2.
@@ -427,8 +427,8 @@ def reach(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Brings a hand or a foot to a target during a time range. The wrist or the ankle reaches the target, or a joint
-    below it. The limb moves to the target before the range, stays there during the range, and moves back after the
+    """Brings a hand or a foot to a target during a time range. The wrist, the ankle or the joint ``tip`` reaches the
+    target. The limb moves to the target before the range, stays there during the range, and moves back after the
     range. The upper and the lower bone of the limb turn. The elbow or the knee bends about the same axis as in the
     rest of the motion. A hand turns with its forearm, but a foot keeps its rotation in the world. Nothing else
     changes.
