@@ -129,8 +129,8 @@ pub(super) struct AnimalLeg {
 }
 
 impl AnimalLeg {
-    /// The knee, the ankle and the paw if the paw is elsewhere: each joint is shifted in proportion to its distance
-    /// from the hip along the leg, so that no segment rotates much.
+    /// The knee, the ankle and the paw, with the paw at the given place. The shift of a joint is proportional to its
+    /// distance from the hip along the leg. So no segment rotates much.
     pub(super) fn ending_at(&self, joints: [DVec3; 3], paw: DVec3) -> [DVec3; 3] {
         let shift = (paw - joints[2]) / self.lengths.iter().sum::<f64>();
         let mut along = 0.0;

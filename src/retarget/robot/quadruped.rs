@@ -51,8 +51,8 @@ const HOLD: f64 = 1e-3;
 /// spine would bend instead of its legs.
 const ANIMAL_BASE: f64 = 100.0;
 
-/// The weight of the change of a joint of such a robot, in 1/rad^2. With many joints in its spine, a smaller weight lets
-/// the solution jump between frames.
+/// The weight of the change of a joint of such a robot, in 1/rad^2. With a smaller weight, the many joints of its spine
+/// let the solution jump between frames.
 const ANIMAL_HOLD: f64 = 1.0;
 
 /// The standard deviation of the Gaussian that smooths the base, in seconds. Captures are noisy, and the base is heavy.

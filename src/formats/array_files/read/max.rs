@@ -4,7 +4,8 @@
 //! {"FrameDuration": 0.00833, "LegOrder": ["FR", "FL", "HR", "HL"], "Frames": [[x, y, z, i, j, k, w, ...], ...]}
 //! ```
 //!
-//! A row has the position of the base, its rotation as x, y, z and w, and the joints of each leg from the trunk outwards.
+//! A row has the position of the base, and its rotation as x, y, z and w. The joints of each leg follow, from the trunk
+//! outwards.
 
 use mocap_figure::robot_bones::links_of_four_legs;
 use mocap_scene::error::{Code, Diagnostic};
