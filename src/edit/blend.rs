@@ -27,7 +27,7 @@ step! {
     /// second motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at
     /// the same phase. The duration is the weighted mean of both durations. Movements over the ground are mixed
     /// relative to the heading of each figure: two walks in different directions give a walk in a direction between
-    /// them. The scene gets the warning [`Code::PosesApart`] if two mixed poses differ by more than 45 degrees or 30
+    /// them. The scene gets the warning `poses-apart` if two mixed poses differ by more than 45 degrees or 30
     /// cm. This comparison ignores position and heading over the ground. With `within`, the step drops frames at the
     /// beginning of one motion and at the end of one motion, so that both motions begin and end in similar poses. To
     /// compare two frames, it uses the distance of [motion graphs](crate::graph), over a third of a second around each

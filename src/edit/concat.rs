@@ -22,7 +22,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 step! {
     /// Appends a second motion, which has the same joints. At the seam, the last frame of the first motion and the
     /// first frame of the second motion become one frame. So `concat` restores a motion that was cut in two. The scene
-    /// gets the warning [`Code::PosesApart`] if the poses at the seam differ by more than 45 degrees or 30 cm, or the
+    /// gets the warning `poses-apart` if the poses at the seam differ by more than 45 degrees or 30 cm, or the
     /// speeds by more than 1 m/s. With `within`, the step joins the two most similar frames near the end of the first
     /// motion and near the start of the second motion. To compare two frames, it uses the distance of [motion
     /// graphs](crate::graph), over a third of a second around each frame.
