@@ -333,7 +333,7 @@ impl Figure {
                 .animations
                 .first()
                 .and_then(|animation| frame_rate(animation.ticks_per_second)),
-            first_frame_is_rest_pose: first_frame_is_rest_pose(scene),
+            first_frame_is_rest_pose: first_frame_is_rest_pose(scene, 0),
         };
         Self {
             survey,

@@ -95,7 +95,15 @@ impl Provenance {
     pub fn of_clip(scene: &Scene, index: usize) -> Self {
         let mut provenance = Self::of_animation(scene, scene.animations.get(index));
         if scene.animations.len() > 1 {
-            provenance.steps.insert(0, AppliedStep::SelectClip { index });
+            let steps = std::mem::take(&mut provenance.steps)
+                .into_iter()
+                .flat_map(|step| match step {
+                    AppliedStep::OfClip { index: clip, steps } if clip == index => steps,
+                    AppliedStep::OfClip { .. } => Vec::new(),
+                    step => vec![step],
+                });
+            let chosen = std::iter::once(AppliedStep::SelectClip { index });
+            provenance.steps = chosen.chain(steps).collect();
         }
         provenance
     }

@@ -221,6 +221,14 @@ impl Error {
         self
     }
 
+    /// Names the clip that the error concerns.
+    #[doc(hidden)]
+    pub fn in_clip(mut self, index: usize, name: &str) -> Self {
+        let message = &mut self.0.diagnostic.message;
+        message.insert_str(0, &format!("clip {index} \"{name}\": "));
+        self
+    }
+
     /// Adds the warnings that precede the error.
     #[doc(hidden)]
     pub fn with_warnings(mut self, warnings: Vec<Diagnostic>) -> Self {

@@ -66,14 +66,8 @@ impl Conversion {
         self.check()?;
         FrameBudget::of_scene(&self.limits).check(scene)?;
         let survey = &figure.survey;
-        let drops = match self.first_frame {
-            FirstFrame::Keep => false,
-            FirstFrame::Drop => true,
-            FirstFrame::DropRestPose => survey.first_frame_is_rest_pose,
-        };
-        let start = if drops { 1.0 } else { 0.0 };
+        let parts = self.parts(scene, survey)?;
         let animation = scene.animations.first();
-        let (first, last) = part_ticks(animation, self.first, self.last, start)?;
         if let RestPoseSource::Frame(frame) = self.rest {
             let message = "the frame of the rest pose is after the last frame";
             moment::check_within(animation, frame as f64, message)?;
@@ -122,9 +116,7 @@ impl Conversion {
         if standing.is_some() && !self.t_pose_first {
             self.record_rest(scene);
         }
-        if first > 0.0 || last.is_finite() {
-            scene.trim(first, last);
-        }
+        trim(scene, &parts);
         if let Some(rate) = self.frame_rate {
             scene.resample(rate, &self.limits)?;
         }
@@ -178,6 +170,25 @@ impl Conversion {
         }
     }
 
+    /// The first and the last tick to keep of each animation.
+    fn parts(&self, scene: &Scene, survey: &crate::Survey) -> Result<Vec<(f64, f64)>> {
+        if scene.animations.is_empty() {
+            part_ticks(None, self.first, self.last, 0.0)?;
+        }
+        let drops = |index: usize| match self.first_frame {
+            FirstFrame::Keep => false,
+            FirstFrame::Drop => true,
+            FirstFrame::DropRestPose if index == 0 => survey.first_frame_is_rest_pose,
+            FirstFrame::DropRestPose => process::first_frame_is_rest_pose(scene, index),
+        };
+        let part = |(index, animation): (usize, &Animation)| {
+            let start = if drops(index) { 1.0 } else { 0.0 };
+            let part = part_ticks(Some(animation), self.first, self.last, start);
+            part.map_err(|error| scene.in_clip(index, error))
+        };
+        scene.animations.iter().enumerate().map(part).collect()
+    }
+
     /// Whether the conversion needs the unit and the up axis of the source. Root motion is horizontal, so it needs the
     /// up axis.
     fn needs(&self) -> Needs {
@@ -222,6 +233,20 @@ impl Conversion {
         scene.metadata.metres_per_unit = output.metres_per_unit;
         scene.metadata.up = output.up;
         inserted
+    }
+}
+
+/// Keeps a part of each animation.
+fn trim(scene: &mut Scene, parts: &[(f64, f64)]) {
+    let cuts = |(first, last): (f64, f64)| first > 0.0 || last.is_finite();
+    let Some(common) = parts.first().filter(|common| parts.iter().all(|part| part == *common)) else {
+        for (index, part) in parts.iter().enumerate().filter(|(_, part)| cuts(**part)) {
+            scene.change_clip(index, |scene| scene.trim(part.0, part.1));
+        }
+        return;
+    };
+    if cuts(*common) {
+        scene.trim(common.0, common.1);
     }
 }
 

@@ -96,6 +96,10 @@ impl Replay<'_> {
                 AppliedStep::Edit { edit, with, bones } => {
                     self.edit(scene, &edit.0, with.as_ref(), &bones.clone().into())?;
                 }
+                AppliedStep::OfClip { index, .. } if *index >= scene.animations.len() => {}
+                AppliedStep::OfClip { index, steps } => {
+                    scene.change_clip(*index, |scene| self.apply(scene, steps))?;
+                }
             }
         }
         Ok(())
@@ -215,6 +219,7 @@ impl Change {
                 | AppliedStep::SelectClip { .. }
                 | AppliedStep::Retarget { .. }
                 | AppliedStep::Edit { .. }
+                | AppliedStep::OfClip { .. }
                 | AppliedStep::NameJoints { .. }
                 | AppliedStep::ZeroRestRotations => {}
             }

@@ -56,7 +56,12 @@ impl MorphMotion {
         moves: &[(usize, Keys<f32>)],
         id: String,
     ) -> Result<Option<(Self, Vec<u8>)>, String> {
-        let is_other = |step: &AppliedStep| matches!(step, AppliedStep::Edit { .. } | AppliedStep::Retarget { .. });
+        let is_other = |step: &AppliedStep| {
+            matches!(
+                step,
+                AppliedStep::Edit { .. } | AppliedStep::OfClip { .. } | AppliedStep::Retarget { .. }
+            )
+        };
         if moves.is_empty() {
             return Ok(None);
         }

@@ -36,14 +36,14 @@ impl Scene {
     }
 }
 
-/// Whether the first frame of the first animation is a rest pose with a cut after it. The BVH conversions of the CMU
-/// database, for example, have "a T-pose added as its new first frame".
+/// Whether the first frame of an animation is a rest pose with a cut after it. The BVH conversions of the CMU database,
+/// for example, have "a T-pose added as its new first frame".
 #[doc(hidden)]
-pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
-    let Some(animation) = scene.animations.first() else {
+pub fn first_frame_is_rest_pose(scene: &Scene, index: usize) -> bool {
+    let Some(animation) = scene.animations.get(index) else {
         return false;
     };
-    let (steps, size) = steps(scene, 0, animation.frame_count().min(NEIGHBOURS + 2));
+    let (steps, size) = steps(scene, index, animation.frame_count().min(NEIGHBOURS + 2));
     let driven: HashMap<NodeId, usize> = Binding::new(scene, animation).driven().collect();
     let (mut joints, mut resting) = (0, 0);
     for (index, node) in scene.nodes.iter().enumerate() {

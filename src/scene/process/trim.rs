@@ -31,14 +31,18 @@ impl Scene {
         // NaN means the start, as when a pose is sampled.
         let first = first.min(end).max(0.0);
         let last = last.min(end).max(first);
+        // A clip that ends earlier has no frames after its own end.
+        let part_of = |end: f64| (first.min(end), last.min(end));
         let has_points = self.has_points();
-        let frames: Vec<(f64, f64)> = match has_points {
-            true => (0..=(last - first).floor() as u64)
-                .map(|frame| (frame as f64, first + frame as f64))
-                .collect(),
-            false => Vec::new(),
-        };
+        let ends: Vec<f64> = self.animations.iter().map(|animation| animation.duration).collect();
         for animation in &mut self.animations {
+            let (first, last) = part_of(animation.duration);
+            let frames: Vec<(f64, f64)> = match has_points {
+                true => (0..=(last - first).floor() as u64)
+                    .map(|frame| (frame as f64, first + frame as f64))
+                    .collect(),
+                false => Vec::new(),
+            };
             for channel in &mut animation.channels {
                 match has_points {
                     true => channel.position_keys = channel.position_keys.of_point_at(&frames),
@@ -49,8 +53,11 @@ impl Scene {
             }
             animation.duration = last - first;
         }
-        for keys in self.weight_keys().flatten() {
-            trim_keys(keys, first, last, Keys::<f32>::sample);
+        for animations in self.weight_keys() {
+            for (keys, end) in animations.iter_mut().zip(&ends) {
+                let (first, last) = part_of(*end);
+                trim_keys(keys, first, last, Keys::<f32>::sample);
+            }
         }
         self.metadata.steps.push(AppliedStep::Trim { first, last });
     }

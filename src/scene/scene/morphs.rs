@@ -1,6 +1,20 @@
 //! The weights of all morph targets over time, both of a scene's meshes and of the file that is passed through.
 
-use super::{Keys, Scene};
+use std::mem;
+
+use serde_json::Value;
+
+use super::report::AppliedStep;
+use super::{Animation, Keys, Scene};
+use crate::error::Error;
+
+/// The clips of a scene besides one, with their weights of morph targets and their extras.
+struct OtherClips {
+    index: usize,
+    animations: Vec<Animation>,
+    weights: Vec<Vec<Keys<f32>>>,
+    extras: Vec<Value>,
+}
 
 impl Scene {
     /// The weights of each morph target in all animations, including targets of [`Scene::original`]. The last tracks
@@ -83,15 +97,71 @@ impl Scene {
     /// Drops all animations but one.
     #[doc(hidden)]
     pub fn keep_animation(&mut self, index: usize) {
-        if index < self.animations.len() {
-            self.animations = vec![self.animations.swap_remove(index)];
-        }
-        let values = self.metadata.clip_extras.values_mut();
-        *values = values.drain(..).skip(index).take(1).collect();
-        for animations in self.weight_keys().filter(|animations| index < animations.len()) {
-            *animations = vec![animations.swap_remove(index)];
+        drop(self.set_aside(index));
+    }
+
+    /// Takes all animations but one out of the scene, until `bring_back`.
+    fn set_aside(&mut self, index: usize) -> OtherClips {
+        OtherClips {
+            index,
+            animations: leave_only(&mut self.animations, index),
+            weights: self.weight_keys().map(|keys| leave_only(keys, index)).collect(),
+            extras: leave_only(self.metadata.clip_extras.values_mut(), index),
         }
     }
+
+    /// Changes one animation of several. In `change`, the scene has only this animation. The scene records the steps of
+    /// `change` as steps on this animation.
+    #[doc(hidden)]
+    pub fn change_clip<T>(&mut self, index: usize, change: impl FnOnce(&mut Self) -> T) -> T {
+        let known = self.metadata.steps.len();
+        let others = self.set_aside(index);
+        let changed = change(self);
+        self.bring_back(others);
+        let steps = self.metadata.steps.split_off(known);
+        if !steps.is_empty() {
+            self.metadata.steps.push(AppliedStep::OfClip { index, steps });
+        }
+        changed
+    }
+
+    /// An error that concerns one animation. If the scene has several, the message names this animation.
+    #[doc(hidden)]
+    pub fn in_clip(&self, index: usize, error: Error) -> Error {
+        match self.animations.len() {
+            0 | 1 => error,
+            _ => error.in_clip(index, &self.animations[index].name),
+        }
+    }
+
+    /// Puts animations that were set aside back in their places.
+    fn bring_back(&mut self, others: OtherClips) {
+        let index = others.index;
+        put_back(&mut self.animations, others.animations, index);
+        for (keys, others) in self.weight_keys().zip(others.weights) {
+            put_back(keys, others, index);
+        }
+        put_back(self.metadata.clip_extras.values_mut(), others.extras, index);
+    }
+}
+
+/// Leaves only the value at `index`, and returns the others.
+fn leave_only<T>(values: &mut Vec<T>, index: usize) -> Vec<T> {
+    let mut others = mem::take(values);
+    if index < others.len() {
+        values.push(others.remove(index));
+    }
+    others
+}
+
+/// Puts the only value back at `index` among the others. Trailing values may be missing.
+fn put_back<T: Clone + Default>(values: &mut Vec<T>, mut others: Vec<T>, index: usize) {
+    let own = mem::take(values).into_iter().next();
+    if own.is_some() || others.len() > index {
+        others.resize(others.len().max(index), T::default());
+        others.insert(index, own.unwrap_or_default());
+    }
+    *values = others;
 }
 
 fn keys_in(animations: &[Keys<f32>], animation: usize) -> Option<&Keys<f32>> {

@@ -99,15 +99,25 @@ pub enum AppliedStep {
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         bones: BTreeMap<HumanoidBone, Option<String>>,
     },
+    /// Steps on one of several animations. The others keep their motion.
+    OfClip {
+        /// The index of the animation in the scene, from 0.
+        index: usize,
+        /// The steps, in order.
+        steps: Vec<AppliedStep>,
+    },
 }
 
 impl AppliedStep {
-    /// Whether the step is an `edit` step that changes the motion. Changes of the rest pose and of joint axes do not
-    /// count.
+    /// Whether `verify` applies the step to the source: an `edit` step that changes the motion, or steps on one of
+    /// several animations. Changes of the rest pose and of joint axes do not count.
     #[doc(hidden)]
     pub fn changes_motion(&self) -> bool {
-        let Self::Edit { edit, .. } = self else { return false };
-        !matches!(edit.step(), Some("bone-axis" | "rest"))
+        match self {
+            Self::Edit { edit, .. } => !matches!(edit.step(), Some("bone-axis" | "rest")),
+            Self::OfClip { .. } => true,
+            _ => false,
+        }
     }
 
     /// Whether the step changes the rest axes of joints.

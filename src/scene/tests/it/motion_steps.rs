@@ -374,3 +374,65 @@ fn a_spine_that_shifts_above_hips_that_stay_is_no_root() {
     scene.put_in_place();
     assert_eq!(positions(&scene, 100.0), before);
 }
+
+/// One clip is changed while the others are aside, with their weights of morph targets.
+#[test]
+fn one_clip_is_changed_among_others() {
+    let (mut scene, _) = read("lecture_Test.bvh");
+    let clip = scene.animations[0].clone();
+    scene.animations = ["a", "b", "c"]
+        .map(|name| mocap::scene::Animation {
+            name: name.to_owned(),
+            ..clip.clone()
+        })
+        .to_vec();
+    let targets = [vec![], vec![0.25], vec![0.5, 0.75], vec![0.1, 0.2, 0.3]];
+    scene.meshes[0].morph_targets = targets
+        .iter()
+        .map(|weights| mocap::scene::MorphTarget {
+            weight_keys: weights.iter().map(|weight| Keys::constant(*weight)).collect(),
+            ..mocap::scene::MorphTarget::default()
+        })
+        .collect();
+    let before = scene.clone();
+    scene.change_clip(1, |scene| {
+        assert_eq!((scene.animations.len(), scene.animations[0].name.as_str()), (1, "b"));
+        let found: Vec<_> = scene.meshes[0]
+            .morph_targets
+            .iter()
+            .map(|target| &target.weight_keys)
+            .collect();
+        assert_eq!(found[..2], [&vec![], &vec![]]);
+        assert_eq!(found[2..], [&vec![Keys::constant(0.75)], &vec![Keys::constant(0.2)]]);
+        scene.trim(2.0, 5.0);
+    });
+    assert_eq!(
+        (&scene.meshes, &scene.animations[0]),
+        (&before.meshes, &before.animations[0])
+    );
+    assert_eq!(scene.animations[2], before.animations[2]);
+    assert_eq!((scene.animations[1].duration, scene.animations[0].duration), (3.0, 9.0));
+    use mocap::scene::report::AppliedStep;
+    let steps = vec![AppliedStep::Trim { first: 2.0, last: 5.0 }];
+    assert_eq!(
+        scene.metadata.steps.last(),
+        Some(&AppliedStep::OfClip { index: 1, steps })
+    );
+}
+
+/// A shorter clip gets no frames after its own end.
+#[test]
+fn a_part_ends_where_each_clip_ends() {
+    let (mut scene, _) = read("lecture_Test.bvh");
+    let mut short = scene.animations[0].clone();
+    short.duration = 4.0;
+    for channel in &mut short.channels {
+        channel.position_keys.values.truncate(5);
+        channel.rotation_keys.values.truncate(5);
+    }
+    scene.animations.push(short);
+    scene.trim(1.0, f64::INFINITY);
+    let durations: Vec<f64> = scene.animations.iter().map(|clip| clip.duration).collect();
+    assert_eq!(durations, [8.0, 3.0]);
+    assert_eq!(scene.validate(), []);
+}
