@@ -54,6 +54,7 @@ impl Step for BoneAxis {
     const HELP: &'static str = "rotate the joint axes so that one axis points along the bone at rest";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
+    const IS_OF_SKELETON: bool = true;
     type Report = BoneAxisReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<BoneAxisReport> {

@@ -33,6 +33,7 @@ impl Step for ExtractRoot {
     const NAME: &'static str = "root-motion";
     const HELP: &'static str = "give the horizontal motion of the root to a new parent joint";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const IS_OF_SKELETON: bool = true;
     type Report = FramesReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {

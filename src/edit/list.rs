@@ -155,6 +155,7 @@ impl EditStep {
         let origin = other.and_then(|other| other.metadata.origin.as_ref());
         Ok(EditReport {
             step: self.clone(),
+            clip: None,
             with: origin.map(|origin| origin.name.clone()),
             retargeted: None,
             changed,
@@ -254,6 +255,9 @@ pub struct EditReport {
     #[serde(serialize_with = "step_as_text")]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub step: EditStep,
+    /// The name of the changed clip, if the file has several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clip: Option<String>,
     /// The file of the second motion, if the step takes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
@@ -281,6 +285,9 @@ fn as_value<S: Serializer>(report: &StepReport, serializer: S) -> Result<S::Ok, 
 impl fmt::Display for EditReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.step.name())?;
+        if let Some(clip) = &self.clip {
+            write!(f, " of clip \"{clip}\"")?;
+        }
         if let Some(file) = &self.with {
             write!(f, " with {file}")?;
         }

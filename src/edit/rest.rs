@@ -65,6 +65,7 @@ impl Step for Rest {
     const HELP: &'static str = "make the T-pose the rest pose";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
+    const IS_OF_SKELETON: bool = true;
     type Report = RestReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<RestReport> {

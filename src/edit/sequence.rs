@@ -43,11 +43,13 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
 
 impl EditStep {
     /// Applies steps to a scene whose bones are already `found`. Also returns the bones of the changed scene. `fit`
-    /// retargets the motions of `others` that have another skeleton.
+    /// retargets the motions of `others` that have another skeleton. `only` is the animation to change; `None` means
+    /// all.
     #[doc(hidden)]
     pub fn apply_fitted(
         scene: &mut Scene,
         steps: &[Self],
+        only: Option<usize>,
         (others, fit): (&[&Scene], Fit<'_>),
         mut stated: Option<Humanoid>,
         mut found: Humanoid,
@@ -57,21 +59,13 @@ impl EditStep {
         let moved = scene.moves();
         for (step, second) in std::iter::zip(steps, seconds) {
             let before: Vec<String> = scene.nodes.iter().map(|node| node.name.clone()).collect();
-            let other = second.map(|index| others[index]);
-            let bones = stated.as_ref().map(|bones| names(scene, bones)).unwrap_or_default();
-            let fitted = other.map(|other| fit(scene, &bones, other)).transpose()?.flatten();
-            let input = StepInput {
-                other: fitted.as_ref().map(|fitted| &fitted.scene).or(other),
-                humanoid: stated.as_ref(),
-                found: Some(&found),
-                ..StepInput::new()
-            };
-            let mut report = step.apply(scene, &input)?;
-            if let (Some(_), Some(other)) = (&fitted, other) {
-                scene.lose(DataKind::FaceCurves, other.weight_curves());
+            let second = second.map(|index| (others[index], fit));
+            let bones = (stated.as_ref(), &found);
+            if scene.animations.len() < 2 || step.info().is_of_skeleton {
+                reports.push(step.apply_second(scene, second, bones)?);
+            } else {
+                reports.extend(step.apply_to_clips(scene, only, second, bones)?);
             }
-            report.retargeted = fitted.map(|fitted| fitted.quality);
-            reports.push(report);
             let inserted = inserted(&before, scene);
             stated = stated.map(|stated| stated.after(inserted));
             found = found.after(inserted);
@@ -86,6 +80,72 @@ impl EditStep {
             ),
             false => Ok((reports, found)),
         }
+    }
+
+    /// Applies the step to each animation of several, or to one. If the step is impossible for an animation in which
+    /// nothing moves, this animation stays unchanged with a warning, because many files have an empty one.
+    fn apply_to_clips(
+        &self,
+        scene: &mut Scene,
+        only: Option<usize>,
+        second: Option<(&Scene, Fit<'_>)>,
+        bones: (Option<&Humanoid>, &Humanoid),
+    ) -> Result<Vec<EditReport>> {
+        let (mut reports, mut unchanged) = (Vec::new(), Vec::new());
+        let clips = (0..scene.animations.len()).filter(|clip| only.is_none_or(|only| only == *clip));
+        for clip in clips {
+            let changed = scene.change_clip(clip, |scene| self.apply_second(scene, second, bones));
+            let animation = &scene.animations[clip];
+            match changed.map_err(|error| scene.in_clip(clip, error)) {
+                Ok(report) => reports.push(EditReport {
+                    clip: Some(animation.name.clone()),
+                    ..report
+                }),
+                Err(error) if animation.moves() => return Err(error),
+                Err(error) => unchanged.push(error),
+            }
+        }
+        if reports.is_empty()
+            && let Some(error) = unchanged.pop()
+        {
+            return Err(error);
+        }
+        scene.warnings.extend(unchanged.iter().map(|error| {
+            let Diagnostic { code, message, .. } = error.diagnostic();
+            let message = format!("{message}; nothing moves in the clip, so it stays unchanged");
+            Diagnostic::new(*code, message)
+        }));
+        Ok(reports)
+    }
+
+    /// Applies the step to the first animation, with its second motion. The second motion is retargeted if it has
+    /// another skeleton.
+    fn apply_second(
+        &self,
+        scene: &mut Scene,
+        second: Option<(&Scene, Fit<'_>)>,
+        (stated, found): (Option<&Humanoid>, &Humanoid),
+    ) -> Result<EditReport> {
+        let fitted = match second {
+            Some((other, fit)) => {
+                let bones = stated.map(|bones| names(scene, bones)).unwrap_or_default();
+                fit(scene, &bones, other)?
+            }
+            None => None,
+        };
+        let other = second.map(|(other, _)| other);
+        let input = StepInput {
+            other: fitted.as_ref().map(|fitted| &fitted.scene).or(other),
+            humanoid: stated,
+            found: Some(found),
+            ..StepInput::new()
+        };
+        let mut report = self.apply(scene, &input)?;
+        if let (Some(_), Some(other)) = (&fitted, other) {
+            scene.lose(DataKind::FaceCurves, other.weight_curves());
+        }
+        report.retargeted = fitted.map(|fitted| fitted.quality);
+        Ok(report)
     }
 
     /// Refuses second motions if there is no step that could take them.

@@ -36,6 +36,11 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     /// Whether the step needs the bones of the figure.
     const TAKES_BONES: bool = false;
 
+    /// Whether the step changes the rest pose, the joint axes or the joints, which all animations share. The step then
+    /// changes all animations at once.
+    #[doc(hidden)]
+    const IS_OF_SKELETON: bool = false;
+
     /// The report of the step. As text, it is a sentence with units. In JSON, values are in metres, seconds and
     /// degrees.
     type Report: fmt::Display + Serialize + Clone + PartialEq + fmt::Debug;
@@ -198,6 +203,8 @@ pub struct StepInfo {
     pub takes_other: bool,
     /// Whether the step needs the bones of the figure.
     pub takes_bones: bool,
+    /// Whether the step changes what all animations share.
+    pub(super) is_of_skeleton: bool,
 }
 
 impl StepInfo {
@@ -208,6 +215,7 @@ impl StepInfo {
             keys: S::KEYS,
             takes_other: S::TAKES_OTHER,
             takes_bones: S::TAKES_BONES,
+            is_of_skeleton: S::IS_OF_SKELETON,
         }
     }
 }

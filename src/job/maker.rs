@@ -1,5 +1,6 @@
 //! Makes the outputs of a job, for one motion or many, for every command and every language.
 
+mod import;
 mod onto;
 mod own;
 mod skeletons;
@@ -12,23 +13,22 @@ use mocap_edit::EditStep;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_figure::{Figure, Humanoid, HumanoidMap};
 use mocap_formats::{Export, FormatInfo, WriteOption};
-use mocap_io::import::{Clips, Importer, MemoryFile};
+use mocap_io::import::{Clips, MemoryFile};
 use mocap_retarget::report::ClipReport;
 use mocap_retarget::robot::Robot;
 use mocap_retarget::{Retargeter, SourceMotion, apply_steps_with_bones, whole};
 use mocap_scene::error::{Code, Diagnostic, Error, Result, spelled};
 use mocap_scene::files::ReplacePolicy;
-use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::report::AppliedStep;
-use mocap_scene::scene::{Assumption, Format, Scene, Topic, UpAxis};
+use mocap_scene::scene::{Assumption, Scene, Topic, UpAxis};
 
 use self::onto::import_onto;
 use self::own::robot_of_inputs;
 use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
-use super::notice::{Listener, Notice, clip_taken, say_all, say_warnings};
-use super::{JobTarget, JointNames, MotionJob, meshes};
+use super::notice::{Listener, Notice, say_all, say_warnings};
+use super::{JobTarget, JointNames, MotionJob, SourceFrames};
 
 /// The note if the first frame is dropped.
 const REST_LEFT_OUT: &str = "the first frame, a rest pose, is dropped: tick 0 of the output is tick 1 of the file";
@@ -193,29 +193,6 @@ impl<'a> Maker<'a> {
         self.form.keeps_units() && self.target.is_none() && self.job.write.space.metres_per_unit().is_none()
     }
 
-    /// The clips of a file, with their numbers and names, if the file has several and an output holds one clip. A file
-    /// that cannot be read is reported later, with its output.
-    #[doc(hidden)]
-    pub fn separate_clips(&self, motion: &Path) -> Vec<(usize, String)> {
-        let holds_one = match self.form {
-            Form::Scene(row) => row.has_one_clip || self.is_onto_robot(),
-            Form::Robot(_) | Form::Arrays(_) => true,
-            Form::Character => false,
-        };
-        let format = FormatInfo::of_output(motion).map(|row| row.format);
-        let may_have_several = matches!(format, Some(Format::Gltf | Format::Fbx | Format::Usd));
-        if !holds_one || !may_have_several || self.job.read.clip != Clips::All {
-            return Vec::new();
-        }
-        let importer = self.job.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
-        let Ok(scene) = self.files.import(&importer, motion) else {
-            return Vec::new();
-        };
-        let clips = scene.animations.iter().enumerate();
-        let moving = clips.filter(|(index, _)| scene.face_curves_alone(*index).is_none());
-        moving.map(|(index, clip)| (index, clip.name.clone())).collect()
-    }
-
     /// Selects a clip of the inputs, by its number from 0.
     #[doc(hidden)]
     #[must_use]
@@ -325,64 +302,6 @@ impl<'a> Maker<'a> {
             .into())
     }
 
-    /// Reads a motion with the options of the job, and does not change it yet.
-    ///
-    /// # Errors
-    /// As [`Importer::import`](mocap_io::Importer::import); [`Code::NoMotion`] if the job needs a motion.
-    pub fn import(&self, motion: &Path, hear: Listener<'_>) -> Result<Scene> {
-        let importer = self.job.importer();
-        let importer = match self.form {
-            Form::Scene(row) if self.target.is_none() => {
-                let mesh = meshes::shown(&self.job, Some(row));
-                match (self.job.steps.is_empty(), mesh) {
-                    // The steps need the skin, even if it is not written.
-                    (false, SkeletonMesh::None) => importer.with_own_meshes(),
-                    (has_none, mesh) => importer
-                        .skeleton_mesh(mesh)
-                        .gltf_meshes(row.has_file_meshes || !has_none)
-                        .morph_targets(row.takes_morph_targets(motion)),
-                }
-            }
-            _ => importer.with_own_meshes(),
-        };
-        let importer = match self.threads {
-            Some(threads) => importer.threads(threads),
-            None => importer,
-        };
-        let import = |importer: &Importer| self.files.import(importer, motion);
-        let mut scene = importer.at_rate(self.job.source.frames.fps, import)?;
-        if motion.is_dir() {
-            hear(Notice::Note(&spelled(
-                "the files of this folder make one take; to write one file for each of them, name an output folder: \
-                 {output} FOLDER {to} glb",
-            )));
-        }
-        say_warnings(&mut scene, motion, hear);
-        meshes::draw_anew(&self.job, self.format(), &mut scene);
-        let takes_one = !self.job.steps.is_empty() || self.is_onto_robot();
-        if takes_one || self.target.is_some() {
-            require_motion(&scene, motion)?;
-        }
-        if takes_one && let Some(note) = clip_taken(&scene, None) {
-            let index = scene.main_clip();
-            match self.is_onto_robot() {
-                // In a folder, notes about single files are not printed, but warnings are.
-                true => {
-                    let count = scene.animations.len();
-                    let message = format!("the output has only clip {index} of {count}");
-                    let warning = Diagnostic::new(Code::NotCarriedOver, message)
-                        .help("{clip} selects another clip; if the output is a folder, each clip gets a file");
-                    hear(Notice::Warnings(motion, &[warning]));
-                }
-                false => hear(Notice::Note(&note)),
-            }
-            scene.keep_animation(index);
-            scene.metadata.steps.push(AppliedStep::SelectClip { index });
-        }
-        meshes::keep_or_drop(&self.job, self.format(), &mut scene, motion, hear)?;
-        Ok(scene)
-    }
-
     /// Converts a motion from [`import`](Self::import) to the unit, the axes and the frames that the steps need, and
     /// finds its bones.
     ///
@@ -408,8 +327,18 @@ impl<'a> Maker<'a> {
         let frames = &self.job.source.frames;
         say_all(&scene.metadata.assumptions, hear);
         self.job.source.space.state(&mut scene);
-        let conversion = self.conversion();
+        let mut conversion = self.conversion();
         conversion.check()?;
+        let known = scene.metadata.steps.len();
+        let changed = self.changed_clip(&scene)?;
+        // The other clips keep their frames.
+        let of_clip = match changed {
+            Some(clip) => self.convert_frames(&mut scene, clip)?,
+            None => Vec::new(),
+        };
+        if changed.is_some() {
+            conversion = conversion.all_frames();
+        }
         let (figure, shown) = match self.shared(&scene) {
             Some(Shared { figure, shown }) => (figure, Some(shown)),
             None => (Figure::mapped(&scene, &self.bones)?, None),
@@ -418,11 +347,16 @@ impl<'a> Maker<'a> {
             true => whole(&mut scene, &figure, shown, &conversion)?,
             false => None,
         };
-        let (decided, inserted) = conversion.convert(&mut scene, &figure)?;
+        let (mut decided, inserted) = conversion.convert(&mut scene, &figure)?;
+        if changed.is_some() {
+            decided.retain(|decision| decision.topic != Topic::FirstFrame);
+            decided.extend(of_clip);
+        }
         say_warnings(&mut scene, motion, hear);
         say_all(&decided, hear);
         let is_rest = |decision: &Assumption| decision.topic == Topic::FirstFrame;
-        if decided.iter().any(is_rest) {
+        let is_of_clips = say_of_clips(&scene, known, hear);
+        if decided.iter().any(is_rest) && !is_of_clips {
             match frames.drop_first_frame {
                 FirstFrame::Keep => hear(Notice::Note(&spelled(
                     "the first frame is kept; {drop-first-frame} auto drops it",
@@ -444,6 +378,29 @@ impl<'a> Maker<'a> {
         Ok(source)
     }
 
+    /// Converts the frames of one clip.
+    fn convert_frames(&self, scene: &mut Scene, clip: usize) -> Result<Vec<Assumption>> {
+        let SourceFrames {
+            trim,
+            fps,
+            drop_first_frame,
+            ..
+        } = self.job.source.frames;
+        let frames = SourceFrames {
+            trim,
+            fps,
+            drop_first_frame,
+            ..SourceFrames::default()
+        };
+        let converted = scene.change_clip(clip, |scene| {
+            let figure = Figure::mapped(scene, &self.bones)?;
+            frames.conversion().keep_units(true).convert(scene, &figure)
+        });
+        let decided = converted.map_err(|error| scene.in_clip(clip, error))?.0;
+        let is_of_frames = |decision: &Assumption| matches!(decision.topic, Topic::FirstFrame | Topic::FrameRate);
+        Ok(decided.into_iter().filter(is_of_frames).collect())
+    }
+
     /// The conversion from the space and the frames of an input to the space and the frames of the output.
     fn conversion(&self) -> Conversion {
         let MotionJob { source, write, .. } = &self.job;
@@ -463,7 +420,8 @@ impl<'a> Maker<'a> {
         let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
         let known = scene.warnings.len();
-        let (reports, found) = apply_steps_with_bones(scene, &self.job.steps, &others, stated, found)?;
+        let steps = (self.job.steps.as_slice(), self.changed_clip(scene)?);
+        let (reports, found) = apply_steps_with_bones(scene, steps, &others, stated, found)?;
         if self.job.read.strict && scene.warnings.len() > known {
             let mut of_steps = scene.warnings.split_off(known);
             return Err(Error::from(of_steps.remove(0)).with_warnings(of_steps));
@@ -472,25 +430,25 @@ impl<'a> Maker<'a> {
         Ok(found)
     }
 
-    /// Reads the second motion of a step, prepared like the first motion.
-    fn import_second(&self, file: &Path, hear: Listener<'_>) -> Result<Scene> {
-        let scene = self.import(file, hear)?;
-        Ok(self.prepare(scene, file, hear)?.scene)
-    }
-
     fn is_onto_robot(&self) -> bool {
         matches!(self.job.target, Some(JobTarget::Robot(_)))
     }
 }
 
-fn require_motion(scene: &Scene, motion: &Path) -> Result<()> {
-    match scene.animations.is_empty() {
-        false => Ok(()),
-        true => {
-            let error = Error::from(Diagnostic::new(Code::NoMotion, "the file contains no motion"));
-            Err(error.with_path(motion))
+/// Reports the clips of several without their first frame, a rest pose. The steps of the scene from `known` on state
+/// them. Returns whether there are such clips.
+fn say_of_clips(scene: &Scene, known: usize, hear: Listener<'_>) -> bool {
+    let mut is_of_clips = false;
+    for step in &scene.metadata.steps[known..] {
+        if let AppliedStep::OfClip { index, steps } = step
+            && matches!(steps[..], [AppliedStep::Trim { first: 1.0, .. }, ..])
+        {
+            is_of_clips = true;
+            let name = &scene.animations[*index].name;
+            hear(Notice::Note(&format!("clip {index} \"{name}\": {REST_LEFT_OUT}")));
         }
     }
+    is_of_clips
 }
 
 fn one(motions: &[PathBuf]) -> Result<&Path> {

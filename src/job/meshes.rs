@@ -28,6 +28,12 @@ pub(super) fn draw_anew(job: &MotionJob, row: Option<&FormatInfo>, scene: &mut S
     }
 }
 
+/// Whether the output is the file of the scene with other animations, so that the file keeps its other clips.
+pub(super) fn is_passed_through(job: &MotionJob, row: Option<&FormatInfo>, scene: &Scene) -> bool {
+    let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
+    is_gltf && job.target.is_none() && !job.write.skeleton_only && scene.original.is_some()
+}
+
 /// Keeps or drops the meshes and other contents of a scene's file, and reports dropped data. `row` is the row of the
 /// output's format.
 pub(super) fn keep_or_drop(
@@ -60,7 +66,8 @@ pub(super) fn keep_or_drop(
              dropped",
         ));
     }
-    let Some(original) = scene.original.as_mut().filter(|_| is_gltf && job.target.is_none()) else {
+    let is_passed_through = is_passed_through(job, row, scene);
+    let Some(original) = scene.original.as_mut().filter(|_| is_passed_through) else {
         return Ok(());
     };
     if job.write.mesh.is_some() {
@@ -68,7 +75,7 @@ pub(super) fn keep_or_drop(
         let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add {skeleton-only}");
         return Err(Error::from(error).with_path(motion));
     }
-    // A step changes one motion. The other motions of the file do not change.
+    // If the steps change one clip, the other clips of the file do not change.
     let chosen = scene.metadata.steps.iter().find_map(|step| match step {
         AppliedStep::SelectClip { index } => Some(*index),
         _ => None,

@@ -5,6 +5,7 @@ use std::path::Path;
 use mocap_edit::EditStep;
 use mocap_formats::gltf::report::Provenance;
 use mocap_io::Importer;
+use mocap_io::import::Clips;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
@@ -39,7 +40,8 @@ pub struct MotionJob {
     pub read: InputOptions,
     /// The inputs, and the caller's statements about them.
     pub source: Sources,
-    /// Steps that change the motion, in this order. With a step, only the first animation of an input is used.
+    /// Steps that change the motion, in this order. They change every clip of an input. If the job names a clip, they
+    /// change this clip, and the output keeps the others.
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "super::Steps"))]
     pub steps: Vec<EditStep>,
@@ -70,7 +72,12 @@ impl MotionJob {
         let (input, verifier) = match &self.target {
             Some(target) => (target.file(), verifier),
             None => {
-                let verifier = verifier.importer(self.importer());
+                // With steps, the provenance states the clip.
+                let importer = match self.steps.is_empty() {
+                    true => self.importer(),
+                    false => self.importer().clips(Clips::All),
+                };
+                let verifier = verifier.importer(importer);
                 let verifier = verifier.space(self.source.space.clone());
                 (input.as_path(), verifier.second_motions(self.source.with.clone()))
             }

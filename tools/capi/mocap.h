@@ -534,8 +534,8 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
      mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 
  `others` are the second motions of the steps that take one, in order, and `other_count` is their number. Lengths in
- steps are in metres, for any unit of the scene. The steps change the first animation, including a rest pose in its
- first frame. `mocap_edit_report_text` of the copy returns the changes of each step.
+ steps are in metres, for any unit of the scene. The steps change every animation, including a rest pose in its
+ first frame. `mocap_edit_report_text` of the copy returns the changes of each step in each animation.
 
  Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 
@@ -549,7 +549,8 @@ struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
                                size_t other_count);
 
 /*
- The number of steps that `mocap_edit` applied to make a scene. `mocap_edit_report_text` returns their changes.
+ The number of reports of `mocap_edit` about a scene: one for each step and each animation that it changed.
+ `mocap_edit_report_text` returns them.
 
  # Safety
  `scene` is an open scene.
@@ -557,8 +558,8 @@ struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
 size_t mocap_edit_report_count(const struct mocap_scene *scene);
 
 /*
- The changes of a step, counted from 0, with units, such as "mirror: 17 pairs of joints exchanged". NULL beyond the
- last. The text lives as long as the scene.
+ A report, counted from 0: the changes of a step, with units, such as "mirror: 17 pairs of joints exchanged". NULL
+ beyond the last. The text lives as long as the scene.
 
  # Safety
  `scene` is an open scene.

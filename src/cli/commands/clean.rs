@@ -31,8 +31,13 @@ pub(crate) fn run(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failu
     };
     let (_, mut made) = made::make(&job, given, None, &policy, &mut hear)?;
     made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
-    let report = args.report.as_deref().zip(reports.last()).map(|(file, report)| {
-        let text = indented_json(report).unwrap_or_default();
+    let report = args.report.as_deref().map(|file| {
+        let text = match reports.as_slice() {
+            [report] => indented_json(report),
+            // A file with several clips has a report of each.
+            reports => indented_json(reports),
+        };
+        let text = text.unwrap_or_default();
         (file, format!("{}\n", visible_json(&text)).into_bytes())
     });
     let report = report.as_ref().map(|(file, bytes)| (*file, bytes.as_slice()));

@@ -1,5 +1,6 @@
 //! `mocap edit`: changes a motion.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use mocap::arrays::contacts_npz;
@@ -19,7 +20,7 @@ use super::{
 use crate::args::{ArgumentSources, EditArgs, ViewArgs};
 use crate::printed::{PictureReport, ReportList};
 use crate::report::Voice;
-use crate::{Failure, streams};
+use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failure> {
     match own::begin(&args.own, given, job(args, given)?)? {
@@ -85,15 +86,23 @@ fn one(args: &EditArgs, given: &ArgumentSources, job: &MotionJob) -> Result<(), 
         }
         said => Voice::Aloud.hear(said),
     };
-    let (_, mut made) = made::make(job, given, None, &policy, &mut hear)?;
+    let (maker, mut made) = made::make(job, given, None, &policy, &mut hear)?;
     made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
     let Some(scene) = made.scene.take() else { return Ok(()) };
     let mut besides: Vec<(&Path, Vec<u8>)> = Vec::new();
+    let shown = match args.contacts.is_some() || args.curves.is_some() {
+        true => shown(&scene, maker.changed_clip(&scene)?),
+        false => Cow::Borrowed(&scene),
+    };
     if let Some(file) = &args.contacts {
-        besides.push((file, contact_bytes(args, &scene, made.humanoid.as_ref(), file)?));
+        besides.push((file, contact_bytes(args, &shown, made.humanoid.as_ref(), file)?));
     }
     let curves = match &args.curves {
-        Some(file) => Some((file, curves(args, &scene, reports.last())?)),
+        Some(file) => {
+            let name = shown.animations.first().map(|clip| &clip.name);
+            let is_of_shown = |report: &&EditReport| report.clip.is_none() || report.clip.as_ref() == name;
+            Some((file, curves(args, &shown, reports.iter().rfind(is_of_shown))?))
+        }
         None => None,
     };
     if let Some((file, drawing)) = &curves {
@@ -114,6 +123,19 @@ fn one(args: &EditArgs, given: &ArgumentSources, job: &MotionJob) -> Result<(), 
         true => view::before_and_after(&args.before(), &ViewArgs::of_file(args.own.output.clone())),
         false => Ok(()),
     }
+}
+
+/// The scene with the clip whose contacts and curves are written as its first clip.
+fn shown(scene: &Scene, changed: Option<usize>) -> Cow<'_, Scene> {
+    if scene.animations.len() < 2 {
+        return Cow::Borrowed(scene);
+    }
+    let mut shown = scene.clone();
+    match changed {
+        Some(clip) => shown.keep_animation(clip),
+        None => report::clip_taken(&mut shown),
+    }
+    Cow::Owned(shown)
 }
 
 /// The contacts of the changed motion, in the format of `file`.

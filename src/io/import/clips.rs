@@ -86,12 +86,22 @@ impl Clips {
     /// Drops all animations but the chosen one.
     #[doc(hidden)]
     pub fn select(&self, scene: &mut Scene) -> Result<()> {
+        if let Some(index) = self.index_in(scene)? {
+            scene.keep_animation(index);
+            scene.metadata.steps.push(AppliedStep::SelectClip { index });
+        }
+        Ok(())
+    }
+
+    /// The index of the chosen animation; `None` for all.
+    #[doc(hidden)]
+    pub fn index_in(&self, scene: &Scene) -> Result<Option<usize>> {
         let index = match self {
-            Self::All => return Ok(()),
+            Self::All => return Ok(None),
             Self::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
             Self::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
         };
-        let Some(index) = index else {
+        if index.is_none() {
             let names = scene.animations.iter().enumerate();
             let known: Vec<_> = names
                 .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
@@ -116,9 +126,7 @@ impl Clips {
                 Some(near) => diagnostic.help(format!("did you mean \"{near}\"?")).into(),
                 None => diagnostic.into(),
             });
-        };
-        scene.keep_animation(index);
-        scene.metadata.steps.push(AppliedStep::SelectClip { index });
-        Ok(())
+        }
+        Ok(index)
     }
 }

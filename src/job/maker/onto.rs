@@ -139,7 +139,8 @@ impl Maker<'_> {
         };
         if row.has_one_clip && target.clips().len() > 1 {
             let message = format!("a file of {} holds one motion; name only one motion", row.name);
-            return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
+            let refusal = Diagnostic::new(Code::Unrepresentable, message).help("{clip} chooses one clip of a file");
+            return Err(Error::from(refusal).with_path(output));
         }
         let mut scene = match (row.keeps_units(), &write.space) {
             (true, space) if space.is_empty() => target.take_scene(None)?,

@@ -9,8 +9,8 @@ use mocap_scene::scene::Scene;
 
 use super::{RetargetOptions, Retargeter};
 
-/// Applies steps to the first animation of a scene in their order, and records each step. A step with a second motion
-/// takes a motion of `others`. The step's option `with` is the number of this motion; the first has the number 2.
+/// Applies steps to all animations of a scene in their order, and records each step. A step with a second motion takes
+/// the first animation of a scene of `others`. The step's option `with` is the number of this motion; the first has the number 2.
 /// Without `with`, the step takes the motion after the one that the previous step took. A second motion with another
 /// skeleton is retargeted, and the report of its step says so.
 ///
@@ -32,7 +32,7 @@ use super::{RetargetOptions, Retargeter};
 /// # Errors
 /// The errors of the steps, and of [`EditStep::second_motions`]. [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid)
 /// if a second motion has another skeleton and cannot be retargeted. `scene` then has the changes of the previous
-/// steps.
+/// steps, and of the previous animations.
 pub fn apply_steps(
     scene: &mut Scene,
     steps: &[EditStep],
@@ -43,19 +43,20 @@ pub fn apply_steps(
         return EditStep::check_others(others).map(|()| Vec::new());
     }
     let found = humanoid.cloned().unwrap_or_else(|| Humanoid::of(scene));
-    Ok(apply_steps_with_bones(scene, steps, others, humanoid.cloned(), found)?.0)
+    Ok(apply_steps_with_bones(scene, (steps, None), others, humanoid.cloned(), found)?.0)
 }
 
-/// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too.
+/// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too. `only` is
+/// the animation to change; `None` means all.
 #[doc(hidden)]
 pub fn apply_steps_with_bones(
     scene: &mut Scene,
-    steps: &[EditStep],
+    (steps, only): (&[EditStep], Option<usize>),
     others: &[&Scene],
     stated: Option<Humanoid>,
     found: Humanoid,
 ) -> Result<(Vec<EditReport>, Humanoid)> {
-    EditStep::apply_fitted(scene, steps, (others, &second_motion), stated, found)
+    EditStep::apply_fitted(scene, steps, only, (others, &second_motion), stated, found)
 }
 
 /// The motion `other` on the skeleton of `scene`, whose bones are `bones`; `None` if `other` already has the joints of

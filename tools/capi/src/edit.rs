@@ -17,8 +17,8 @@ use crate::{opened, text};
 ///     mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 ///
 /// `others` are the second motions of the steps that take one, in order, and `other_count` is their number. Lengths in
-/// steps are in metres, for any unit of the scene. The steps change the first animation, including a rest pose in its
-/// first frame. `mocap_edit_report_text` of the copy returns the changes of each step.
+/// steps are in metres, for any unit of the scene. The steps change every animation, including a rest pose in its
+/// first frame. `mocap_edit_report_text` of the copy returns the changes of each step in each animation.
 ///
 /// Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 ///
@@ -57,7 +57,8 @@ fn read_steps(text: &CStr) -> Result<Vec<EditStep>, Failure> {
     EditStep::list_from_json(text).map_err(|error| Failure::argument(&error.to_string()))
 }
 
-/// The number of steps that `mocap_edit` applied to make a scene. `mocap_edit_report_text` returns their changes.
+/// The number of reports of `mocap_edit` about a scene: one for each step and each animation that it changed.
+/// `mocap_edit_report_text` returns them.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -67,8 +68,8 @@ pub unsafe extern "C" fn mocap_edit_report_count(scene: *const Scene) -> usize {
     guard(0, || Ok(unsafe { opened(scene) }?.edit_reports.len()))
 }
 
-/// The changes of a step, counted from 0, with units, such as "mirror: 17 pairs of joints exchanged". NULL beyond the
-/// last. The text lives as long as the scene.
+/// A report, counted from 0: the changes of a step, with units, such as "mirror: 17 pairs of joints exchanged". NULL
+/// beyond the last. The text lives as long as the scene.
 ///
 /// # Safety
 /// `scene` is an open scene.

@@ -292,7 +292,7 @@ export class Scene {
   /** Returns a copy in metres with +Y up, or in the unit and axes of the options. */
   convert(options?: ConvertOptions): Scene;
   /**
-   * Returns a copy whose first animation is edited by steps in order. The steps are steps of `mocap edit`: `["mirror", {step:
+   * Returns a copy whose animations are edited by steps in order. The steps are steps of `mocap edit`: `["mirror", {step:
    * "smooth", "cut-off": 8}]`. Lengths in steps are in metres. Steps also change a rest pose in the first frame; `convert`
    * drops the pose first.
    */

@@ -771,7 +771,10 @@ export interface MotionJob {
   read?: InputOptions;
   /** The inputs, and the caller's statements about them. */
   source?: Sources;
-  /** Steps that change the motion, in this order. With a step, only the first animation of an input is used. */
+  /**
+   * Steps that change the motion, in this order. They change every clip of an input. If the job names a clip, they change
+   * this clip, and the output keeps the others.
+   */
   steps?: EditStep[];
   /** The target of retargeting. Default: the motions keep their skeletons. */
   target?: JobTarget | null;

@@ -48,7 +48,7 @@ enum Request {
         #[serde(default)]
         options: Value,
     },
-    /// An edited copy of a scene: its first animation after steps in order. `others` are the second motions of the
+    /// An edited copy of a scene: its animations after steps in order. `others` are the second motions of the
     /// steps that take one.
     Edit {
         scene: u32,

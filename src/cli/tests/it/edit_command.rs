@@ -243,24 +243,6 @@ fn keys_are_marked_on_the_curves() {
     );
 }
 
-/// The command uses the first clip and records this, so `verify` does not report the other clips as missing.
-#[test]
-fn the_first_of_several_clips_is_changed() {
-    let (_folder, path) = folder();
-    let (two, output) = (path("two.glb"), path("one.glb"));
-    let mut scene = mocap::import(real("cmu_12_01_walk.bvh")).unwrap();
-    scene.metadata.metres_per_unit = Some(1.0);
-    let mut second = scene.animations[0].clone();
-    second.name = "second".to_owned();
-    scene.animations.push(second);
-    mocap::Exporter::new().export(&scene, &two).unwrap();
-    let found = run(&["edit", &two, "-o", &output, "--step", "warp:speed=2"]);
-    assert!(found.status.success(), "{}", words(&found));
-    assert_eq!(mocap::import(&output).unwrap().animations.len(), 1);
-    let verified = run(&["verify", &two, &output, "--max-error", "0.01mm"]);
-    assert!(verified.status.success(), "{}", words(&verified));
-}
-
 /// Files of earlier versions record steps as text.
 #[test]
 fn steps_that_were_recorded_as_text_are_verified() {

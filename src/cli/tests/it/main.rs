@@ -71,6 +71,7 @@ mod robot_stream;
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod search;
+mod several_clips;
 mod sidecar;
 mod skeleton;
 mod split;

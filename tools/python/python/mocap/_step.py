@@ -112,6 +112,9 @@ def apply(
     """Applies a step: a :class:`Step`, ``{"step": "smooth", "cut_off": 8}``, or the program's form,
     ``"smooth:cut-off=8"``.
 
+    The step changes every animation. Of several animations, the report describes the first; :func:`apply_all` returns
+    all reports.
+
     Args:
         scene: A motion, or the path of one, which is read and prepared as :func:`mocap.edit.prepare` does.
         step: The name and the options; an option that is ``None`` has its default.
@@ -137,7 +140,7 @@ def apply_all(
     *,
     bones: Bones | None = None,
 ) -> tuple[Scene, Reports]:
-    """Applies steps in order. Returns the scene and a report for each step. The bones are found only once.
+    """Applies steps in order. Returns the scene, and a report for each step and animation. The bones are found only once.
 
     Args:
         scene: As for :func:`apply`.
