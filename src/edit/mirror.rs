@@ -1,5 +1,6 @@
 //! Mirrors a motion, so that left and right are exchanged.
 
+mod morphs;
 mod partners;
 mod reference;
 mod sides;
@@ -8,10 +9,11 @@ use std::fmt;
 
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 use mocap_figure::animal::Standing;
+use mocap_figure::names::Name;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, FaceTrack, Pose, Trs};
-use mocap_scene::scene::{NodeId, Scene};
+use mocap_scene::scene::{Face, NodeId, Scene};
 use serde::Serialize;
 
 use self::partners::partners;
@@ -26,12 +28,15 @@ step! {
     /// did. The mirror is a vertical plane, whose normal is the mean direction to the figure's left. A figure that
     /// walks forward still walks forward.
     ///
-    /// The step pairs joints by their bones, and joints below the bones by their positions. It does not use names. It
-    /// reflects the rotation of each joint relative to the rest pose. If the two sides of the rest pose are not mirror
-    /// images, a T-pose takes the place of the rest pose. In this T-pose, each bone has its mean roll in the motion.
-    /// For an animal on four legs, its standing pose takes the place of the rest pose. The offset of a joint from its
-    /// parent does not change, so the bones of each side keep their lengths. A second `mirror` restores the motion. In
-    /// a VRM animation, the step exchanges the winks of both eyes, and mirrors the gaze.
+    /// The step pairs joints by their bones, and joints below the bones by their positions. It does not use the names of
+    /// joints. It reflects the rotation of each joint relative to the rest pose. If the two sides of the rest pose are
+    /// not mirror images, a T-pose takes the place of the rest pose. In this T-pose, each bone has its mean roll in the
+    /// motion. For an animal on four legs, its standing pose takes the place of the rest pose. The offset of a joint
+    /// from its parent does not change, so the bones of each side keep their lengths. A second `mirror` restores the
+    /// motion.
+    ///
+    /// Morph targets of one mesh exchange their weights if their names differ only in the side, such as `eyeBlinkLeft`
+    /// and `eyeBlinkRight`. In a VRM animation, the step exchanges the winks of both eyes, and mirrors the gaze.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -77,11 +82,16 @@ pub struct MirrorReport {
     pub largest_asymmetry: f32,
     /// The name of the joint with `largest_asymmetry`.
     pub asymmetric_joint: String,
+    /// The number of pairs of morph targets that exchanged their weights.
+    pub morph_pairs: usize,
 }
 
 impl fmt::Display for MirrorReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} of joints exchanged", counted(self.pairs, "pair"))?;
+        if self.morph_pairs > 0 {
+            write!(f, ", {} of morph targets", counted(self.morph_pairs, "pair"))?;
+        }
         if !self.without_partner.is_empty() {
             let alone = counted(self.without_partner.len(), "joint");
             write!(f, ", {alone} without a partner on the other side")?;
@@ -99,15 +109,17 @@ impl fmt::Display for MirrorReport {
 }
 
 fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
-    if let Some(clip) = scene.animations.get(animation).filter(|_| scene.is_face_alone()) {
-        let face = scene.face_tracks(clip);
-        mirror_face(scene, animation, face);
-        return Ok(MirrorReport::default());
+    if scene.is_face_alone() && animation < scene.animations.len() {
+        return Ok(of_face(scene, animation));
     }
     let animal = animal_of(scene, humanoid);
     let figure = match &animal {
         Some((_, animal)) => Figure::with_bones(scene, animal.bones()),
-        None => figure_of(scene, humanoid)?,
+        None => match figure_of(scene, humanoid) {
+            // The file has a head, and no body that could be mirrored.
+            Err(_) if scene.face_curves_alone(animation).is_some() => return Ok(of_face(scene, animation)),
+            figure => figure?,
+        },
     };
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
     let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
@@ -197,6 +209,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     mirror_face(scene, animation, face.unwrap_or_default());
 
     let mut report = MirrorReport {
+        morph_pairs: morphs::exchange(scene, animation),
         pairs: (0..partners.len())
             .filter(|node| partners[*node].index() > *node)
             .count(),
@@ -226,10 +239,27 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     Ok(report)
 }
 
+/// Mirrors a face without a body.
+fn of_face(scene: &mut Scene, animation: usize) -> MirrorReport {
+    let face = scene.animations.get(animation).map(|clip| scene.face_tracks(clip));
+    mirror_face(scene, animation, face.unwrap_or_default());
+    MirrorReport {
+        morph_pairs: morphs::exchange(scene, animation),
+        ..MirrorReport::default()
+    }
+}
+
 /// Exchanges the facial expressions of the left and the right side, and mirrors the gaze.
 fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) {
-    for track in &mut tracks {
-        let (is_now, mirrored) = (track.face.clone(), track.face.mirrored());
+    let names: Vec<String> = tracks.iter().map(|track| track.face.name().to_owned()).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for (index, pair) in Name::pairs(&names).into_iter().enumerate() {
+        let is_now = tracks[index].face.clone();
+        let mirrored = match (&is_now, pair) {
+            (Face::Custom(_), Some(other)) => Face::Custom(names[other].to_owned()),
+            (face, _) => face.mirrored(),
+        };
+        let track = &mut tracks[index];
         if is_now != mirrored && scene.nodes.iter().all(|node| node.face.as_ref() != Some(&mirrored)) {
             let alone = scene
                 .nodes

@@ -149,7 +149,35 @@ impl Name {
             && self.without_side == other.without_side
             && self.numbers == other.numbers
     }
+
+    /// For each name of a list, the index of the name of the same thing on the other side. In MikuMikuDance, only the
+    /// right one of some pairs of morph targets has a side: `ウィンク` and `ウィンク右`.
+    pub fn pairs(names: &[&str]) -> Vec<Option<usize>> {
+        let read: Vec<Self> = names.iter().map(|name| Self::read(name)).collect();
+        let is_pair = |a: &Self, b: &Self| a.mirrors(b) && !a.without_side.is_empty();
+        let is_of_mmd = |index: usize, other: usize| {
+            let (right, left) = (&read[index], &read[other]);
+            let is_alike = right.without_side == left.without_side && right.numbers == left.numbers;
+            names[index].contains('右') && left.side.is_none() && is_alike
+        };
+        let mut pairs = vec![None; names.len()];
+        let mut pair = |fits: &dyn Fn(usize, usize) -> bool| {
+            for index in 0..names.len() {
+                let is_free = |other: &usize| pairs[*other].is_none() && pairs[index].is_none();
+                if let Some(other) = (0..names.len()).find(|other| is_free(other) && fits(index, *other)) {
+                    (pairs[index], pairs[other]) = (Some(other), Some(index));
+                }
+            }
+        };
+        pair(&|index, other| is_pair(&read[index], &read[other]));
+        pair(&is_of_mmd);
+        pairs
+    }
 }
+
+/// The katakana of the half-width characters from U+FF66 on.
+const KATAKANA: &str =
+    "ヲァィゥェォャュョッーアイウエオカキクケコサシスセソタチツテトナニヌネノハヒフヘホマミムメモヤユヨラリルレロワン";
 
 /// The words of a name, without its numbers, in lower case.
 #[cfg(feature = "robots")]
@@ -162,11 +190,12 @@ pub(crate) fn words(name: &str) -> Vec<String> {
 /// Splits at characters other than letters and digits, between letters and digits, and at capitals that begin a word.
 /// Words are in lower case. `LHipJoint` gives `l`, `hip`, `joint`; `Bip01 L Toe0` gives `bip`, `01`, `l`, `toe`, `0`.
 fn split(name: &str) -> Vec<String> {
-    let half_width = |c: char| match c {
+    let usual_width = |c: char| match c {
         '\u{FF01}'..='\u{FF5E}' => char::from_u32(c as u32 - 0xFEE0).unwrap_or(c),
+        '\u{FF66}'..='\u{FF9D}' => KATAKANA.chars().nth(c as usize - 0xFF66).unwrap_or(c),
         _ => c,
     };
-    let letters: Vec<char> = name.chars().map(half_width).collect();
+    let letters: Vec<char> = name.chars().map(usual_width).collect();
     let mut words = Vec::new();
     let mut word = String::new();
     for (index, &letter) in letters.iter().enumerate() {

@@ -14,8 +14,8 @@ use mocap_scene::pose::{FaceTrack, Trs};
 use mocap_scene::scene::{Animation, Face, HumanoidBone, NodeId, Scene};
 use serde_json::Value;
 
-pub(super) use self::binds::morph_targets;
 use self::binds::{Expression, expressions};
+pub(super) use self::binds::{morph_targets, names_of_targets};
 use self::gaze::Gaze;
 
 /// The animated weights of the morph targets of a node.

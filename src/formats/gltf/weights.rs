@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{Keys, MorphCurves};
 
-use super::face::morph_targets;
+use super::face::{morph_targets, names_of_targets};
 use super::file::File;
 use super::json::{self, Channel};
 use super::tracks::{Bend, ChannelKeys, Keys as SamplerKeys};
@@ -29,7 +29,8 @@ impl File<'_> {
         if moved.is_empty() {
             return Ok(Vec::new());
         }
-        let targets = morph_targets(&serde_json::from_slice(json::split(bytes)?.0).unwrap_or_default());
+        let root = serde_json::from_slice(json::split(bytes)?.0).unwrap_or_default();
+        let targets = morph_targets(&root);
         let mut found = Vec::new();
         for (node, channels) in moved {
             // The target mesh is missing. By the specification, the channel is ignored.
@@ -37,6 +38,9 @@ impl File<'_> {
             match self.curves(&channels, at_rest.len()) {
                 Ok(targets) => found.push(MorphCurves {
                     node,
+                    names: names_of_targets(&root, node)
+                        .map(|name| name.as_str().unwrap_or_default().to_owned())
+                        .collect(),
                     at_rest: at_rest.clone(),
                     targets,
                 }),

@@ -39,6 +39,17 @@ impl Scene {
         self.targets_in(animation).chain([clock])
     }
 
+    /// The name of each morph target, in the order of [`weight_keys`](Self::weight_keys), in a list for each mesh.
+    #[doc(hidden)]
+    pub fn weight_names(&self) -> impl Iterator<Item = Vec<&str>> {
+        let of_meshes = self.meshes.iter().map(|mesh| {
+            let targets = mesh.morph_targets.iter();
+            targets.map(|target| target.name.as_str()).collect()
+        });
+        let passed_through = self.original.iter().flat_map(|original| &original.morphs);
+        of_meshes.chain(passed_through.map(|curves| curves.names.iter().map(String::as_str).collect()))
+    }
+
     /// Like [`weights_in`](Self::weights_in), for morph targets without the times of extras.
     fn targets_in(&self, animation: usize) -> impl Iterator<Item = (f32, Option<&Keys<f32>>)> {
         let targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);

@@ -84,6 +84,9 @@ pub struct MorphCurves {
     /// The index of the node in the file.
     #[doc(hidden)]
     pub node: usize,
+    /// The name of each target.
+    #[doc(hidden)]
+    pub names: Vec<String>,
     /// The weight of each target at rest.
     #[doc(hidden)]
     pub at_rest: Vec<f32>,

@@ -387,3 +387,33 @@ fn the_library_keeps_it_too() {
     };
     assert!(Importer::new().read_among(file, &[]).unwrap().original.is_none());
 }
+
+/// In `face_alone.gltf`, one weight equals the time, and the other falls from 1 to 0.25 at 0.5 s, and to 0 at 1 s.
+#[test]
+fn a_mirrored_face_shows_each_shape_on_the_other_side() {
+    let folder = Folder::of_real(&[]);
+    let text = fs::read_to_string(at_root("fixtures/made/face_alone.gltf")).unwrap();
+    let text = text
+        .replace("\"smile\"", "\"mouthSmile_L\"")
+        .replace("\"frown\"", "\"mouthSmile_R\"");
+    folder.write("face.gltf", text.as_bytes());
+    let said = folder.succeeds("edit face.gltf -o out.gltf --step mirror");
+    assert_eq!(said.matches("1 pair of morph targets").count(), 2, "{said}");
+    let read = Importer::new().gltf_meshes(true).morph_targets(true);
+    let scene = read.import(folder.path("out.gltf")).unwrap();
+    let targets = &scene.meshes[0].morph_targets;
+    assert_eq!(
+        (targets[0].name.as_str(), targets[1].name.as_str()),
+        ("mouthSmile_L", "mouthSmile_R")
+    );
+    let rate = scene.animations[0].ticks_per_second;
+    for (seconds, left, right) in [(0.0, 1.0, 0.0), (0.5, 0.25, 0.5), (1.0, 0.0, 1.0)] {
+        let at = |target: usize| targets[target].weight_keys[0].sample(seconds * rate).unwrap();
+        assert!(
+            (at(0) - left).abs() < 1e-4 && (at(1) - right).abs() < 1e-4,
+            "{seconds} s: {}, {}",
+            at(0),
+            at(1)
+        );
+    }
+}

@@ -137,3 +137,32 @@ fn a_mirrored_name_differs_in_the_side_alone() {
     assert!(!Name::read("lIndex1").mirrors(&Name::read("rIndex2")));
     assert!(!Name::read("J1").mirrors(&Name::read("J1")));
 }
+
+/// The names are those of ARKit, of Character Creator, of VRoid Studio, of VRM and of MikuMikuDance.
+#[test]
+fn names_of_shapes_are_paired_by_their_side() {
+    for (left, right) in [
+        ("eyeBlinkLeft", "eyeBlinkRight"),
+        ("mouthSmile_L", "mouthSmile_R"),
+        ("Fcl_EYE_Close_L", "Fcl_EYE_Close_R"),
+        ("blinkLeft", "blinkRight"),
+        ("Head.browDownLeft", "Head.browDownRight"),
+        ("まばたき左", "まばたき右"),
+        ("ウィンク", "ウィンク右"),
+        ("ウィンク２", "ｳｨﾝｸ２右"),
+        ("左眉上", "右眉上"),
+    ] {
+        assert_eq!(
+            Name::pairs(&[left, "jawOpen", right]),
+            [Some(2), None, Some(0)],
+            "{left}"
+        );
+    }
+    // A shape of both eyes is no partner, and each name has one partner.
+    assert_eq!(
+        Name::pairs(&["blink", "blinkRight", "mouthFunnel", "L", "R"]),
+        [None; 5]
+    );
+    let names = ["ウィンク", "ウィンク左", "ウィンク右", "ウィンク２"];
+    assert_eq!(Name::pairs(&names), [None, Some(2), Some(1), None]);
+}

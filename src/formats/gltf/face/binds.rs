@@ -133,6 +133,16 @@ pub(in super::super) fn morph_targets(root: &Value) -> BTreeMap<usize, Vec<f32>>
     nodes.filter_map(weights).collect()
 }
 
+/// The names of the morph targets of a node's mesh: from the mesh, or from a primitive as UniVRM writes them.
+pub(in super::super) fn names_of_targets(root: &Value, node: usize) -> impl Iterator<Item = &Value> {
+    let mesh = index_of(&root["nodes"][node]["mesh"]).map(|mesh| &root["meshes"][mesh]);
+    let names = mesh.and_then(|mesh| {
+        let own = mesh["extras"]["targetNames"].as_array();
+        own.or_else(|| mesh["primitives"][0]["extras"]["targetNames"].as_array())
+    });
+    names.into_iter().flatten()
+}
+
 /// The expressions of a VRM file.
 pub(super) fn expressions(root: &Value, targets: &BTreeMap<usize, Vec<f32>>) -> Vec<Expression> {
     let of_vrm1 = &root["extensions"]["VRMC_vrm"]["expressions"];

@@ -8,7 +8,7 @@ use mocap_scene::pose::{FaceTrack, Trs};
 use mocap_scene::scene::{Channel, Face, Keys, face_shape};
 use serde_json::Value;
 
-use super::binds::{Expression, MorphBind, index_of};
+use super::binds::{Expression, MorphBind, names_of_targets};
 
 /// The shapes of each VRM 1.0 preset, and the weight that each shape adds, by Apple's description of the shapes. The
 /// other presets of VRM match no shape, or only several shapes together.
@@ -38,13 +38,8 @@ fn shape_of(face: &Face) -> Option<&'static str> {
 /// An expression for each morph target that has the name of a shape, unless the file has an expression for the shape.
 pub(super) fn of_targets(root: &Value, known: &[Expression]) -> Vec<Expression> {
     let mut binds: BTreeMap<&'static str, Vec<MorphBind>> = BTreeMap::new();
-    for (node, value) in root["nodes"].as_array().into_iter().flatten().enumerate() {
-        let Some(mesh) = index_of(&value["mesh"]).map(|mesh| &root["meshes"][mesh]) else {
-            continue;
-        };
-        let names = mesh["extras"]["targetNames"].as_array();
-        let names = names.or_else(|| mesh["primitives"][0]["extras"]["targetNames"].as_array());
-        for (target, name) in names.into_iter().flatten().enumerate() {
+    for node in 0..root["nodes"].as_array().map_or(0, Vec::len) {
+        for (target, name) in names_of_targets(root, node).enumerate() {
             if let Some(shape) = name.as_str().and_then(face_shape) {
                 let bind = MorphBind {
                     node,

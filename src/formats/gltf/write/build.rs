@@ -370,6 +370,7 @@ impl Builder<'_> {
             let targets = &self.scene.meshes[mesh].morph_targets;
             let curves = MorphCurves {
                 node,
+                names: targets.iter().map(|target| target.name.clone()).collect(),
                 at_rest: targets.iter().map(|target| target.weight).collect(),
                 targets: targets.iter().map(|target| target.weight_keys.clone()).collect(),
             };

@@ -3,6 +3,7 @@
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Humanoid, HumanoidBone, Side};
 use mocap::glam::DMat3;
+use mocap::scene::{Keys, Mesh, MorphTarget};
 
 use super::*;
 
@@ -160,4 +161,44 @@ fn each_bone_is_turned_about_itself_as_its_partner_was() {
             }
         }
     }
+}
+
+/// The morph targets of a mesh exchange their keys with the targets of the other side. A target without keys gives the
+/// weight that it has at rest.
+#[test]
+fn morph_targets_change_sides() {
+    let target = |name: &str, weight: f32, keys: Option<[f32; 2]>| MorphTarget {
+        name: name.to_owned(),
+        weight,
+        weight_keys: keys
+            .map(|[a, b]| Keys::at_ticks(vec![a, b], vec![0.0, 100.0]))
+            .into_iter()
+            .collect(),
+        ..MorphTarget::default()
+    };
+    let mut scene = import("cmu_12_01_walk.bvh");
+    scene.meshes.push(Mesh {
+        morph_targets: vec![
+            target("eyeBlinkLeft", 0.0, Some([0.0, 1.0])),
+            target("jawOpen", 0.0, Some([0.25, 0.5])),
+            target("eyeBlinkRight", 0.0, Some([0.75, 0.5])),
+            target("mouthSmile_R", 0.125, None),
+            target("mouthSmile_L", 0.0, Some([0.0, 0.375])),
+            target("左眉上", 0.0, None),
+            target("右眉上", 0.0, None),
+        ],
+        ..Mesh::default()
+    });
+    let report = Mirror::new().apply(&mut scene, &StepInput::new()).unwrap();
+    assert_eq!(report.morph_pairs, 3);
+    let keys = |index: usize| {
+        let keys = scene.meshes.last().unwrap().morph_targets[index].weight_keys.first();
+        keys.map(|keys| keys.values.clone()).unwrap_or_default()
+    };
+    assert_eq!(
+        (keys(0), keys(2), keys(1)),
+        (vec![0.75, 0.5], vec![0.0, 1.0], vec![0.25, 0.5])
+    );
+    assert_eq!((keys(3), keys(4)), (vec![0.0, 0.375], vec![0.125]));
+    assert!(keys(5).is_empty() && keys(6).is_empty());
 }
