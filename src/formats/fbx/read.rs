@@ -28,7 +28,6 @@ mod timeline;
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::FBX_HEAD;
 use mocap_scene::limits::{FARTHEST, FrameBudget, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
 use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{
@@ -102,7 +101,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
             });
         }
     }
-    if !scene.meshes.is_empty() && !options.file_units && !options.without_original && bytes.starts_with(FBX_HEAD) {
+    if !scene.meshes.is_empty() && !options.file_units && !options.without_original {
         scene.metadata.fbx = Some(FbxOriginal {
             bytes: bytes.into(),
             nodes: nodes.iter().map(|node| node.source.element.typed_id).collect(),

@@ -104,7 +104,7 @@ impl<'a> Document<'a> {
 }
 
 /// Joins a name and a class in one text.
-fn named(name: &str, class: &str) -> String {
+pub(super) fn named(name: &str, class: &str) -> String {
     format!("{name}\0\u{1}{class}")
 }
 

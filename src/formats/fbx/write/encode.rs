@@ -40,11 +40,14 @@ pub(super) struct Element<'a> {
 /// A value of an element.
 pub(super) enum Value<'a> {
     Bool(bool),
+    /// A choice that is a letter.
+    Letter(u8),
+    Short(i16),
     Int(i32),
     Long(i64),
     Double(f64),
     Text(Cow<'a, str>),
-    Bytes(&'a [u8]),
+    Bytes(Cow<'a, [u8]>),
     Array(Array),
     /// Values copied from the original file: their number, and their bytes.
     Read(usize, &'a [u8]),
@@ -137,7 +140,7 @@ impl From<String> for Value<'_> {
 
 impl<'a> From<&'a [u8]> for Value<'a> {
     fn from(value: &'a [u8]) -> Self {
-        Self::Bytes(value)
+        Self::Bytes(value.into())
     }
 }
 
@@ -148,13 +151,17 @@ impl From<Array> for Value<'_> {
 }
 
 impl<'a> Element<'a> {
-    pub(super) fn new(name: &'static str) -> Self {
+    pub(super) fn new(name: &'a str) -> Self {
         Self {
             name,
             values: Vec::new(),
             children: Vec::new(),
             is_block: false,
         }
+    }
+
+    pub(super) fn name(&self) -> &'a str {
+        self.name
     }
 
     /// An element of the original file, with the number and the bytes of its values.
@@ -314,6 +321,11 @@ impl Writer {
     fn value(&mut self, value: &Value<'_>) -> Result<()> {
         match value {
             Value::Bool(value) => self.bytes.extend_from_slice(&[b'C', u8::from(*value)]),
+            Value::Letter(letter) => self.bytes.extend_from_slice(&[b'C', *letter]),
+            Value::Short(value) => {
+                self.bytes.push(b'Y');
+                self.bytes.extend_from_slice(&value.to_le_bytes());
+            }
             Value::Int(value) => {
                 self.bytes.push(b'I');
                 self.bytes.extend_from_slice(&value.to_le_bytes());

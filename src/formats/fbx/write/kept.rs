@@ -6,12 +6,15 @@
 
 mod edits;
 mod pivots;
+mod text;
 mod tree;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use glam::{DMat3, DMat4, DVec3};
+use mocap_scene::files::FBX_HEAD;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, FbxOriginal, Keys, Mesh, Node, NodeId, RotationOrder, Scene, UpAxis};
 use ufbx::LoadOpts;
@@ -48,13 +51,17 @@ pub(super) fn write(
     original: &FbxOriginal,
     options: &FbxOptions,
 ) -> Result<(Vec<u8>, FbxReport), String> {
-    let file = RawFile::parse(&original.bytes).ok_or("it is not a binary file")?;
+    let bytes: Cow<'_, [u8]> = match original.bytes.starts_with(FBX_HEAD) {
+        true => (&*original.bytes).into(),
+        false => text::binary(&original.bytes)?.into(),
+    };
+    let file = RawFile::parse(&bytes).ok_or("its elements end too early")?;
     let has_curves = scene
         .meshes
         .iter()
         .flat_map(|mesh| &mesh.morph_targets)
         .any(|target| !target.weight_keys.is_empty());
-    let plain = load(&original.bytes, !has_curves)?;
+    let plain = load(&bytes, !has_curves)?;
     let models = Models::new(scene, original, &plain)?;
     if options.error_bound.is_some() && models.pivots.iter().any(|pivots| !pivots.are_none()) {
         return Err("its joints have pivots, for which mocap cannot guarantee an error bound".to_owned());

@@ -27,6 +27,7 @@ mod fbx_kept;
 mod fbx_out;
 mod fbx_stated;
 mod fbx_streams;
+mod fbx_text;
 mod gltf;
 mod golden;
 #[allow(dead_code, reason = "other packages use the rest of it")]

@@ -3,7 +3,7 @@
 use super::super::encode::Element;
 
 /// The deepest nesting of elements.
-const DEEPEST: usize = 64;
+pub(super) const DEEPEST: usize = 64;
 
 /// The size of the file header, in bytes: the magic and the version.
 const HEADER: usize = 27;
