@@ -195,7 +195,7 @@ impl Form {
         }
         if let Some(wanted) = self.extension().filter(|wanted| names_another(&writing.output, wanted)) {
             let output = writing.output.display();
-            let message = format!("{output}: the arrays of {extension} are written to a file that ends in .{wanted}");
+            let message = format!("{output}: the name of a file with arrays of {extension} must end in .{wanted}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let problem = match self {

@@ -118,7 +118,7 @@ struct Step<V> {
     value: V,
     covariance: Covariance,
     innovation: DVec3,
-    /// The variance of the innovation; infinite if nothing was measured.
+    /// The variance of the innovation, which is the measurement minus the prediction; infinite if nothing was measured.
     variance: f64,
 }
 

@@ -9,7 +9,8 @@ use mocap_scene::scene::{NodeId, Scene};
 /// A bone is not corrected if its mirror image deviates too much from its partner: the cosine of 45 degrees.
 const NEAR: f64 = 0.7;
 
-/// The sine of the smallest angle of a knee or elbow in the rest pose that shows the axis about which it bends.
+/// If a knee or an elbow is bent in the rest pose, the bend shows the axis of the joint. This is the sine of the
+/// smallest bend that counts.
 const BENT: f64 = 0.2;
 
 /// The largest distance of a bone from its partner's mirror image in a symmetric rest pose, as a fraction of the

@@ -90,7 +90,7 @@ impl RetargetOptions {
         self
     }
 
-    /// Joints of the target for bones, or links of a robot. Default: empty.
+    /// The joint of the target, or the link of a robot, for each stated bone. Default: empty.
     pub fn target_bones(mut self, bones: HumanoidMap) -> Self {
         self.target_bones = bones;
         self

@@ -15,7 +15,7 @@ const PARTNERS: usize = 4;
 /// The smallest number of seen partners, because a single partner could itself be wrong.
 const LEAST_PARTNERS: usize = 2;
 
-/// The median deviation of a distance in metres above which a partner is not used.
+/// In metres. If the distance between a marker and its partner has a larger median deviation, the partner is not used.
 const KEEPS: f64 = 0.03;
 
 /// The deviation of a distance in metres above which it is wrong: twice as far as the skin of one bone slides.

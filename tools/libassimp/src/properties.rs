@@ -115,6 +115,6 @@ unsafe fn store_and_name<'a>(store: *mut Properties, name: *const c_char) -> Opt
     if name.is_null() {
         return None;
     }
-    // SAFETY: the name is not NULL, so it ends with a zero byte.
+    // SAFETY: the name is not NULL. The caller promises that it ends with a zero byte.
     Some((store, unsafe { CStr::from_ptr(name) }.into()))
 }

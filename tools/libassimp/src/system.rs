@@ -170,7 +170,7 @@ fn own_path() -> Option<PathBuf> {
 fn open_library(path: &Path) -> Result<System, String> {
     let text = CString::new(path.as_os_str().as_bytes()).map_err(|_| "a path has no zero byte".to_owned())?;
     let flags = libc::RTLD_NOW | libc::RTLD_LOCAL | libc::RTLD_DEEPBIND;
-    // SAFETY: opening runs what the library does when it is loaded; the user or the system chose it.
+    // SAFETY: `dlopen` runs the initializers of the library. The user or the system chose this library.
     let handle = unsafe { libc::dlopen(text.as_ptr(), flags) };
     if handle.is_null() {
         // SAFETY: an opening failed just now, so there is a string, which ends with a zero byte.

@@ -532,7 +532,7 @@ fn the_table_of_a_survey_is_not_a_motion() {
         folder.refuses(
             command,
             1,
-            "can only read .jsonl tables again: write such a table with --output rows.jsonl",
+            "mocap survey reads only .jsonl: write the table with --output rows.jsonl",
         );
     }
 }

@@ -17,8 +17,8 @@ use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
 /// Bits of a hash of a moment.
 const BITS: usize = 24;
-/// The number of least certain signs of a moment. A lookup also tries the hashes in which one or two of these signs are
-/// flipped.
+/// A hash of a moment has the sign of each feature. The signs of this many values nearest to 0 are uncertain. A lookup
+/// also tries the hashes in which one or two of these signs are flipped.
 const UNCERTAIN: usize = 5;
 /// The samples of a moment on each side: 0.4 s.
 const REACH: usize = 4;

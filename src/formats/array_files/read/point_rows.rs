@@ -28,7 +28,7 @@ pub(super) fn is_survey(names: &[String]) -> bool {
 /// The diagnostic for the table of a survey.
 pub(super) fn table_of_survey() -> Diagnostic {
     Diagnostic::new(Code::MissingKeyword, "the table of a survey is not a motion")
-        .help("mocap survey can only read .jsonl tables again: write such a table with {output} rows.jsonl")
+        .help("of such tables, mocap survey reads only .jsonl: write the table with {output} rows.jsonl")
 }
 
 /// The largest number of missing positions for each present one. Without this limit, a table with distant frame numbers

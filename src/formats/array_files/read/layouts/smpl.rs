@@ -156,7 +156,8 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
     Ok(motion)
 }
 
-/// Whether both hands are given joint by joint. Fewer numbers are coefficients of a model.
+/// Whether both hands are given joint by joint, with 45 numbers each. Arrays with fewer numbers are coefficients of a
+/// hand model.
 fn has_hands(entries: &Entries<'_>, prefix: &str) -> bool {
     ["left_hand_pose", "right_hand_pose"].into_iter().all(|own| {
         let hand = entries.get(&format!("{prefix}{own}"));

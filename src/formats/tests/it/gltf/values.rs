@@ -13,7 +13,7 @@ fn half_a_turn_has_a_key_in_its_middle() {
     assert_eq!(with_middle.ticks.as_deref(), Some([41.0, 42.0, 43.0].as_slice()));
     let middle = keys(43.0).sample(42.0).expect("there are keys");
     assert_eq!(with_middle.values, [start, middle, end]);
-    // Each side has a quarter turn, so the direction is unique.
+    // The middle key is a quarter turn from both ends, so the direction of the rotation is unique.
     for end in [start, end] {
         assert!(middle.dot(end).abs() > 0.7);
     }

@@ -317,11 +317,11 @@ fn what_a_layout_cannot_have_is_refused() {
         ),
         (
             r#""output": "a.csv", "to": "amass""#,
-            "the arrays of amass are written to a file that ends in .npz",
+            "the name of a file with arrays of amass must end in .npz",
         ),
         (
             r#""output": "a.glb", "to": "humanml3d""#,
-            "the arrays of humanml3d are written to a file that ends in .npy",
+            "the name of a file with arrays of humanml3d must end in .npy",
         ),
         (
             r#""output": "a.npz", "smaller": {"max-error": "1mm"}"#,
