@@ -114,6 +114,71 @@ fn a_dog_walks_on_a_robot_within_its_limits() {
     }
 }
 
+/// A robot with the joints of an animal: ankles and paws, and three joints in each of five parts of a spine. The front
+/// legs are on the base, and the hind legs are on the end of the spine.
+fn animal_robot() -> Robot {
+    let mut text = String::from(r#"<robot name="dog"><link name="base"/>"#);
+    let mut part = |name: &str, parent: &str, at: [f64; 3], axis: &str, [lower, upper]: [f64; 2], shape: &str| {
+        let [x, y, z] = at;
+        text += &format!(
+            r#"<link name="{name}">{shape}</link><joint name="{name}_joint" type="revolute"><parent link="{parent}"/>
+            <child link="{name}"/><origin xyz="{x} {y} {z}"/><axis xyz="{axis}"/>
+            <limit lower="{lower}" upper="{upper}" velocity="0" effort="0"/></joint>"#
+        );
+    };
+    let mut parent = "base".to_owned();
+    for index in 0..5 {
+        for (name, axis, x) in [
+            ("bend", "0 0 1", -0.06),
+            ("extend", "0 1 0", 0.0),
+            ("twist", "1 0 0", 0.0),
+        ] {
+            let name = format!("{name}_{index}");
+            part(&name, &parent, [x, 0.0, 0.0], axis, [-0.4, 0.4], "");
+            parent = name;
+        }
+    }
+    let paw = r#"<collision><origin xyz="0.02 0 -0.01"/><geometry><sphere radius="0.01"/></geometry></collision>"#;
+    for (leg, trunk, x, y) in [
+        ("FL", "base", 0.06, 0.07),
+        ("FR", "base", 0.06, -0.07),
+        ("HL", parent.as_str(), -0.06, 0.07),
+        ("HR", parent.as_str(), -0.06, -0.07),
+    ] {
+        let [hip, thigh, shin, foot, toe] = ["hip", "thigh", "shin", "foot", "toe"].map(|name| format!("{leg}_{name}"));
+        part(&hip, trunk, [x, y, 0.0], "1 0 0", [-0.5, 0.5], "");
+        part(&thigh, &hip, [0.0, 0.0, 0.0], "0 -1 0", [-1.5, 1.5], "");
+        part(&shin, &thigh, [0.0, 0.0, -0.16], "0 -1 0", [-2.2, 2.2], "");
+        part(&foot, &shin, [0.0, 0.0, -0.15], "0 -1 0", [-2.2, 2.2], "");
+        part(&toe, &foot, [0.0, 0.0, -0.06], "0 -1 0", [-1.5, 1.5], paw);
+    }
+    text += "</robot>";
+    mocap::Importer::new().read_robot(text.as_bytes(), "dog.urdf").unwrap()
+}
+
+/// The many joints of the spine leave the pose open. Paws in stance still keep their place, and joints do not jump.
+#[test]
+fn a_robot_with_the_legs_of_an_animal_moves_steadily() {
+    let robot = animal_robot();
+    let (motion, report) = on(&robot);
+    let (_, contacts) = motion.contacts_of_feet();
+    for (foot, leg) in ["FL", "FR", "HL", "HR"].into_iter().enumerate() {
+        let track = points(&robot, &motion, &format!("{leg}_toe"), &[Vec3::ZERO]);
+        let stands = |frame: usize| contacts[4 * frame + foot];
+        let held: Vec<usize> = (1..60).filter(|frame| stands(*frame) && stands(frame - 1)).collect();
+        let steps = held.iter().map(|frame| track[*frame][0].distance(track[frame - 1][0]));
+        let slid: f32 = steps.sum();
+        // 5 mm per frame are 15 cm/s. The toe also rolls over the paw.
+        assert!(slid < 0.005 * held.len() as f32, "{leg}: {slid} in {}", held.len());
+    }
+    assert!(report.mean_degrees < 10.0, "{}", report.mean_degrees);
+    let joints = motion.dof_names.len();
+    let steps = motion.dof_pos.iter().zip(&motion.dof_pos[joints..]);
+    let fastest = steps.map(|(before, after)| (after - before).abs()).fold(0.0, f64::max);
+    // 0.6 rad per frame are 18 rad/s.
+    assert!(fastest < 0.6, "{fastest}");
+}
+
 /// +X is forward for a robot, whatever the order and the names of the links in its file.
 #[test]
 fn legs_of_a_robot_are_front_and_hind_by_its_axes() {
