@@ -109,8 +109,8 @@ impl<'a> Measures<'a> {
 
     /// The unit at which the bones have the lengths of a person.
     pub(super) fn unit(&self) -> Option<Guess<Unit>> {
-        let length = self.bone_length()?;
-        Some(unit_of(length, self.leg_length()?, family_unit(self.scene)))
+        let leg = self.leg_length()?;
+        Some(unit_of(self.bone_length(), leg, family_unit(self.scene)))
     }
 
     /// The up direction from the feet to the head at rest, if the rest pose stands.

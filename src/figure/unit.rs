@@ -115,6 +115,10 @@ const ANYBODY: [f64; 2] = [0.72, 2.2];
 /// without a known unit.
 const USUAL_LEG: f64 = 0.833;
 
+/// The length of thigh plus shin, as a part of the bones from ankle to head: 0.49 of the height, and 0.787. It is used
+/// for figures without a head.
+const LEG: f64 = 0.49 / 0.787;
+
 /// The largest plausible ratio between the sizes of the figure and an average person, in both directions. Giants and
 /// dolls exceed the ratio. Children do not exceed the ratio, and neither do figures whose inches were read as
 /// centimetres.
@@ -159,11 +163,19 @@ pub(super) fn family_unit(scene: &Scene) -> Option<(Unit, &'static str)> {
     }
 }
 
-pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)>) -> Guess<Unit> {
-    let within = |unit: &Unit, [least, most]: [f64; 2]| (least..=most).contains(&(length * unit.metres()));
+/// The unit by the lengths of the bones from ankle to head, if there is a head, and of a leg.
+pub(super) fn unit_of(whole: Option<f64>, leg: f64, family: Option<(Unit, &'static str)>) -> Guess<Unit> {
+    let (bones, length, part) = match whole {
+        Some(length) => ("bones from ankle to head", length, 1.0),
+        None => ("bones of a leg", leg, LEG),
+    };
+    let within = |unit: &Unit, range: [f64; 2]| {
+        let [least, most] = range.map(|length| length * part);
+        (least..=most).contains(&(length * unit.metres()))
+    };
     let measured = |unit: Unit| {
         let metres = length * unit.metres();
-        format!("the bones from ankle to head measure {length:.4} units, which is {metres:.2} m")
+        format!("the {bones} measure {length:.4} units, which is {metres:.2} m")
     };
     if let Some((unit, name)) = family.filter(|(unit, _)| within(unit, ANYBODY)) {
         return Guess {

@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
+use mocap::figure::{Figure, Unit};
 use mocap::glam::Vec3;
-use mocap::{Importer, Pose, Scene};
+use mocap::scene::Confidence;
+use mocap::{Exporter, Format, Importer, Pose, Scene};
 
 use super::{FRAMES, trc};
 
@@ -139,6 +141,21 @@ fn the_pelvis_looks_where_its_markers_are_however_the_laboratory_stands() {
         );
         assert!(rest("leftFoot").y < -300.0 && rest("rightToes").z > 50.0);
     }
+}
+
+#[test]
+fn the_legs_of_a_written_lower_body_show_its_unit() {
+    let bvh = Exporter::new().write(&Markers::lower(|point| point).solved(), Format::Bvh);
+    let bytes = bvh.unwrap().into_bytes().unwrap();
+    let unit = Figure::new(&Importer::new().read(&bytes, "lower.bvh").unwrap())
+        .survey
+        .unit;
+    assert_eq!(
+        (unit.value, unit.confidence),
+        (Unit::Millimetre, Confidence::Sure),
+        "{}",
+        unit.reason
+    );
 }
 
 #[test]
