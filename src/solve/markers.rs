@@ -21,6 +21,7 @@ mod model;
 pub(crate) mod noise;
 mod plug_in_gait;
 mod report;
+mod steady;
 mod strays;
 mod subjects;
 pub(crate) mod take;
@@ -136,23 +137,32 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     };
     known.check(&[Some(&take), standing.as_ref()])?;
     let exchanged = strays::exchange(&mut take);
+    let rate = scene
+        .animations
+        .first()
+        .map_or(0.0, |animation| animation.ticks_per_second);
+    let noise = noise::of(&take.tracks, rate);
+    let mut steady = take.clone();
+    steady::steady(&mut steady.tracks, noise);
     let functional = match standing {
-        None => functional::standing(&take),
+        None => functional::standing(&steady),
         Some(_) => None,
     };
-    let mut chosen = chosen(&take, standing.as_ref().or(functional.as_ref()))?;
+    let mut chosen = chosen(&steady, standing.as_ref().or(functional.as_ref()))?;
     let name = match take.set {
         Some(set) => format!("{} markers of {set}", take.landmarks.len()),
         None if take.guess.is_some() => format!("{} markers that were guessed", take.landmarks.len()),
         None => format!("{} markers", take.landmarks.len()),
     };
     let set = body::joint_set(name, &chosen.centres[0], &chosen.take);
-    take.detach(&set);
-    chosen.take.detach(&set);
+    [&mut take, &mut steady, &mut chosen.take]
+        .into_iter()
+        .for_each(|take| take.detach(&set));
     let up = body::points(&set, &chosen.centres, &chosen.take).up(&set);
     let upright = |point: glam::DVec3| turned(point.as_vec3(), up.0).as_dvec3();
-    take.rotate(upright);
-    chosen.take.rotate(upright);
+    [&mut take, &mut steady, &mut chosen.take]
+        .into_iter()
+        .for_each(|take| take.rotate(upright));
     for centres in &mut chosen.centres {
         let joints = centres.joints.iter_mut().map(|(_, centre)| centre);
         joints
@@ -166,18 +176,13 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let mut seen = chosen.take.clone();
     seen.keep_first(take.landmarks.len());
     let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen, known.weights);
-    let rate = scene
-        .animations
-        .first()
-        .map_or(0.0, |animation| animation.ticks_per_second);
-    let noise = noise::of(&take.tracks, rate);
     let regressed = model.clone();
     let steps = if chosen.spread.is_some() { FIRST_STEPS } else { STEPS };
     let mut known_joints = calibrate(&mut model, &regressed, &mut frames, (noise, steps));
     let mut start = (chosen.frames[0], frames[0].pose.clone());
     if let Some(wanted) = &chosen.spread {
         let step = ((rate / COARSE_RATE) as usize).max(1);
-        frames = track::poses(&model, &take.tracks, (start.0, &start.1), (wanted, step));
+        frames = track::poses(&model, &steady.tracks, (start.0, &start.1), (wanted, step));
         known_joints = calibrate(&mut model, &regressed, &mut frames, (noise, STEPS));
         start = (wanted[0], frames[0].pose.clone());
     }
@@ -186,7 +191,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     if let Some(axes) = centres::pelvis_axes(offset) {
         model.turn_root(axes, std::iter::once(&mut start.1));
     }
-    let mut tracked = track::track(&model, &take.tracks, (start.0, &start.1), rate);
+    let mut tracked = track::track(&model, (&take.tracks, &steady.tracks), (start.0, &start.1), rate);
     let index = |label: &String| take.labels.iter().position(|own| own == label);
     tracked.swaps.extend(exchanged.iter().filter_map(|[left, right]| {
         Some(LabelSwap {

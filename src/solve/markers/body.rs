@@ -161,6 +161,9 @@ pub(super) fn model(
                 offset: rest.offsets[index].as_dvec3(),
                 freedom,
                 bend,
+                usual: DQuat::IDENTITY,
+                // The usual roll of a shoulder girdle is not shown either.
+                is_shown: !matches!(joint.bone, Some(Bone::LeftShoulder | Bone::RightShoulder)),
                 hinge: joint.bone.and_then(hinge),
             }
         })

@@ -8,7 +8,7 @@
 //! markers of all segments count at once. If a joint does not move, its centre stays where the regressions of `centres`
 //! put it.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use mocap_scene::math::cholesky;
 use mocap_scene::math::spread::spread;
 use mocap_scene::math::wide;
@@ -30,6 +30,10 @@ const SMALLEST_STEP: f64 = 5e-4;
 /// are not hinges cause the same error in all frames, so more frames do not correct it. With 1, planted centres have a
 /// mean error of 5.0 mm over eight seeds of `tools/markers/planted.py`; with 0.3 and 0.5 it is 4.4 and 4.3 mm.
 const MOST_INDEPENDENT: f64 = 0.4;
+
+/// The distance at which a marker has a quarter of its weight, as a factor of the standard deviation of markers. A
+/// reflection that is nearer than the weight [`outlier`](super::MarkerWeights) would move the body otherwise.
+const FAR: f64 = 20.0;
 
 /// The number of frames in a part. A core works on a whole part, and the parts are summed in order. So the number of
 /// cores does not change the result.
@@ -115,10 +119,10 @@ pub(super) fn calibrate(
     frames: &mut [Frame],
     (noise, steps): (f64, usize),
 ) -> Vec<Option<Certainty>> {
-    model.slides = model.weights.slide;
     let unknowns = Unknowns::of(model);
     let mut factor = None;
     for _ in 0..steps {
+        bend_about_means(model, frames);
         let counts = independence(model, noise);
         let parts: Vec<&[Frame]> = frames.chunks(PART).collect();
         let parts = spread(&parts, |part| Equations::of((model, counts), &unknowns, part));
@@ -149,10 +153,12 @@ pub(super) fn calibrate(
             .sqrt()
             .max(model.weights.least_slide)
             .min(model.slides);
+        model.outlier = f64::min(FAR * model.slides, model.weights.outlier);
         if largest < SMALLEST_STEP {
             break;
         }
     }
+    model.outlier = model.weights.outlier;
     let mut fit = Fit::default();
     for frame in frames {
         fit.fit(model, &mut frame.pose, &frame.seen);
@@ -160,6 +166,17 @@ pub(super) fn calibrate(
     match factor {
         Some(factor) => certainties(model, &unknowns, &factor),
         None => vec![None; model.joints.len()],
+    }
+}
+
+/// The usual rotations of the joints become their means in the frames. If a joint is bent in all frames, its bend is no
+/// evidence of a wrong centre.
+fn bend_about_means(model: &mut Model, frames: &[Frame]) {
+    let joints = model.joints.iter_mut().enumerate();
+    for (index, joint) in joints.filter(|(_, joint)| joint.is_shown) {
+        let rotations = frames.iter().map(|frame| frame.pose.local[index]);
+        let sum = rotations.reduce(|sum, own| sum + if sum.dot(own) < 0.0 { -own } else { own });
+        joint.usual = sum.map_or(joint.usual, DQuat::normalize);
     }
 }
 
@@ -231,7 +248,7 @@ impl Equations {
             let mut pose = frame.pose.clone();
             fit.fit(model, &mut pose, &frame.seen);
             for distance in fit.distances(model, &frame.seen).into_iter().flatten() {
-                let weight = fit::weight(distance, model.weights.outlier);
+                let weight = fit::weight(distance, model.outlier);
                 sums.squares += distance * distance * weight;
                 sums.weights += weight;
             }
@@ -276,7 +293,7 @@ impl Equations {
             let Some(seen) = seen else { continue };
             let at = model.marker(marker, world);
             let off = *seen - at;
-            let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
+            let weight = fit::weight(off.length(), model.outlier) / (model.slides * model.slides);
             model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
             for &(row, own) in &grows {
                 let pull = own * weight;

@@ -154,7 +154,7 @@ impl Fit {
             let arm = model.arm(marker, &self.world);
             let joint = model.markers[marker].joint;
             let off = *seen - (self.world.positions[joint] + arm);
-            let weight = weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
+            let weight = weight(off.length(), model.outlier) / (model.slides * model.slides);
             self.loads[joint].add(weight, arm, off);
         }
         for joint in (0..model.joints.len()).rev() {

@@ -31,9 +31,13 @@ pub(super) struct Joint {
     pub parent: Option<usize>,
     pub(super) offset: DVec3,
     pub(super) freedom: Freedom,
-    /// The expected rotation from the T-pose without marker evidence, about each axis of the T-pose, in radians. A
-    /// joint with `None` does not rotate.
+    /// The expected rotation from `usual` without marker evidence, about each axis of the T-pose, in radians. A joint
+    /// with `None` does not rotate.
     pub(super) bend: Option<DVec3>,
+    /// The usual rotation of the joint: of the T-pose, or the mean of a take.
+    pub(super) usual: DQuat,
+    /// Whether the markers of a take show the usual rotation.
+    pub(super) is_shown: bool,
     pub(super) hinge: Option<Hinge>,
 }
 
@@ -71,6 +75,8 @@ pub(super) struct Model {
     pub(super) markers: Vec<Marker>,
     /// The standard deviation of a marker coordinate about its offset, in metres.
     pub(super) slides: f64,
+    /// The distance in metres at which a marker has a quarter of its weight.
+    pub(super) outlier: f64,
     pub(super) weights: MarkerWeights,
     /// The first of the three unknowns of a joint's rotation. Unknowns of children precede the unknowns of their
     /// parents, so that the normal equations are solved along the tree.
@@ -114,6 +120,7 @@ impl Model {
             joints,
             markers,
             slides: weights.slide,
+            outlier: weights.outlier,
             weights,
             unknown,
             unknowns,
@@ -195,7 +202,7 @@ impl Model {
     }
 
     /// The equations that joints give for a pose without markers: hinges bend about their axis, and a joint stays near
-    /// its T-pose rotation.
+    /// its usual rotation.
     pub(super) fn terms(&self, pose: &Pose, world: &World, mut add: impl FnMut(Term)) {
         for (index, joint) in self.joints.iter().enumerate() {
             let (Some(unknown), Some(bend), Some(parent)) = (self.unknown[index], joint.bend, joint.parent) else {
@@ -207,7 +214,7 @@ impl Model {
             let mut term = |value: f64, slope: DVec3, deviation: f64| {
                 add((value / deviation, unknown, to_world * slope / deviation));
             };
-            let turned = turned(local);
+            let turned = turned(local * joint.usual.inverse());
             for axis in DVec3::AXES {
                 term(turned.dot(axis), axis, bend.dot(axis));
             }
@@ -251,9 +258,10 @@ impl Model {
     pub(super) fn turn_root<'p>(&mut self, axes: DQuat, poses: impl Iterator<Item = &'p mut Pose>) {
         let back = axes.inverse();
         let is_below: Vec<bool> = self.joints.iter().map(|joint| joint.parent == Some(0)).collect();
-        let joints = self.joints.iter_mut().filter(|joint| joint.parent == Some(0));
+        let mut joints: Vec<&mut Joint> = self.joints.iter_mut().filter(|joint| joint.parent == Some(0)).collect();
+        joints.iter_mut().for_each(|joint| joint.usual = back * joint.usual);
         let markers = self.markers.iter_mut().filter(|marker| marker.joint == 0);
-        let offsets = joints.map(|joint| &mut joint.offset);
+        let offsets = joints.into_iter().map(|joint| &mut joint.offset);
         offsets
             .chain(markers.map(|marker| &mut marker.offset))
             .for_each(|offset| *offset = back * *offset);

@@ -32,8 +32,14 @@ pub(super) struct TrackingOutcome {
     pub(super) loose: Vec<Vec<(usize, usize)>>,
 }
 
-/// Tracks the body from `start`, a frame with its pose, to both ends of the take. `rate` is in frames per second.
-pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate: f64) -> TrackingOutcome {
+/// Tracks the body from `start`, a frame with its pose, to both ends of the take. Poses follow the second tracks, which
+/// are steady. Distances are of the first. `rate` is in frames per second.
+pub(super) fn track(
+    model: &Model,
+    (tracks, steady): (&[Track], &[Track]),
+    start: (usize, &Pose),
+    rate: f64,
+) -> TrackingOutcome {
     let frames = tracks.first().map_or(0, Vec::len);
     let mut tracked = TrackingOutcome {
         rotations: vec![vec![DQuat::IDENTITY; frames]; model.joints.len()],
@@ -43,7 +49,7 @@ pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate
         ghosts: vec![0; tracks.len()],
         loose: Vec::new(),
     };
-    let mut tracker = Tracker::new(model, tracks);
+    let mut tracker = Tracker::new(model, (tracks, steady));
     let mut gaps = Gaps::new(model, start.1, frames);
     tracker.follow(
         start,
@@ -78,7 +84,7 @@ pub(super) fn poses(
 ) -> Vec<Frame> {
     let mut found: Vec<Option<Frame>> = wanted.iter().map(|_| None).collect();
     let is_on_way = |frame: usize| frame.abs_diff(start.0).is_multiple_of(step) || wanted.contains(&frame);
-    Tracker::new(model, tracks).follow(start, is_on_way, |tracker, frame, pose| {
+    Tracker::new(model, (tracks, tracks)).follow(start, is_on_way, |tracker, frame, pose| {
         if let Some(index) = wanted.iter().position(|wanted| *wanted == frame) {
             found[index] = Some(Frame {
                 pose: pose.clone(),
@@ -92,7 +98,7 @@ pub(super) fn poses(
 impl TrackingOutcome {
     /// Notes the pose of a frame, and returns the distances of markers from it.
     fn note(&mut self, tracker: &Tracker<'_>, frame: usize, pose: &Pose) -> Vec<Option<f64>> {
-        let distances = tracker.fit.distances(tracker.model, &tracker.seen);
+        let distances = tracker.fit.distances(tracker.model, &tracker.measured);
         for (own, distance) in std::iter::zip(&mut self.distances, &distances) {
             own[frame] = *distance;
         }
@@ -107,19 +113,24 @@ impl TrackingOutcome {
 struct Tracker<'t> {
     model: &'t Model,
     tracks: &'t [Track],
+    steady: &'t [Track],
     fit: Fit,
+    /// The steady positions of a frame.
     seen: Vec<Option<DVec3>>,
+    measured: Vec<Option<DVec3>>,
     /// Frames with a swapped pair.
     swapped: Vec<(usize, (usize, usize))>,
 }
 
 impl<'t> Tracker<'t> {
-    fn new(model: &'t Model, tracks: &'t [Track]) -> Self {
+    fn new(model: &'t Model, (tracks, steady): (&'t [Track], &'t [Track])) -> Self {
         Self {
             model,
             tracks,
+            steady,
             fit: Fit::default(),
             seen: Vec::new(),
+            measured: Vec::new(),
             swapped: Vec::new(),
         }
     }
@@ -143,19 +154,28 @@ impl<'t> Tracker<'t> {
         }
     }
 
+    fn look(&mut self, frame: usize) {
+        for (seen, tracks) in [(&mut self.seen, self.steady), (&mut self.measured, self.tracks)] {
+            seen.clear();
+            seen.extend(tracks.iter().map(|track| track[frame]));
+        }
+    }
+
+    fn exchange(&mut self, pairs: &[(usize, usize)]) {
+        for &(a, b) in pairs {
+            self.seen.swap(a, b);
+            self.measured.swap(a, b);
+        }
+    }
+
     fn frame(&mut self, frame: usize, pose: &mut Pose) {
-        self.seen.clear();
-        self.seen.extend(self.tracks.iter().map(|track| track[frame]));
+        self.look(frame);
         self.model.world(pose, &mut self.fit.world);
         let before = swaps(self.model, &self.fit.world, &self.seen);
-        for &(a, b) in &before {
-            self.seen.swap(a, b);
-        }
+        self.exchange(&before);
         self.fit.fit(self.model, pose, &self.seen);
         let after = swaps(self.model, &self.fit.world, &self.seen);
-        for &(a, b) in &after {
-            self.seen.swap(a, b);
-        }
+        self.exchange(&after);
         if !after.is_empty() {
             self.fit.fit(self.model, pose, &self.seen);
         }
@@ -178,11 +198,10 @@ impl<'t> Tracker<'t> {
 
     /// Solves the pose of a frame again, with the predictions of other frames.
     fn again(&mut self, frame: usize, toward: &Toward, tracked: &TrackingOutcome) -> Pose {
-        self.seen.clear();
-        self.seen.extend(self.tracks.iter().map(|track| track[frame]));
-        for &(_, (a, b)) in self.swapped.iter().filter(|(swapped, _)| *swapped == frame) {
-            self.seen.swap(a, b);
-        }
+        self.look(frame);
+        let swapped = self.swapped.iter().filter(|(swapped, _)| *swapped == frame);
+        let swapped: Vec<(usize, usize)> = swapped.map(|(_, pair)| *pair).collect();
+        self.exchange(&swapped);
         let world = |joint: usize| tracked.rotations[joint][frame];
         let local = |(joint, own): (usize, &Joint)| match own.parent {
             None => world(joint),
