@@ -1,5 +1,5 @@
-//! Steady tracks of markers, by parabolas through neighbouring frames. A marker that leaves its parabola in one frame is
-//! a reflection. The other markers move onto the parabola, with less noise.
+//! Steady tracks of markers, by parabolas through neighbouring frames. A marker that leaves its parabola in one frame
+//! is a reflection. The other markers move onto the parabola, with less noise.
 //!
 //! Noise rotates segments in each frame, and these rotations bias the centres of joints that hardly move.
 
