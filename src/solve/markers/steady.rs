@@ -17,8 +17,8 @@ const FITS: f64 = 1.5;
 /// The least number of frames for a parabola: twice the number of its coefficients.
 const LEAST: f64 = 6.0;
 
-/// The least distance in metres of a reflection from the parabola of the other frames. A nearer marker, which one camera
-/// sees less well, still shows the segment better than none.
+/// The least distance in metres of a reflection from the parabola of the other frames. A marker that is nearer shows
+/// the segment better than no marker does.
 const REFLECTION: f64 = 0.01;
 
 /// The least distance of a reflection as a factor of the noise, which never reaches it.
