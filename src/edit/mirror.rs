@@ -28,12 +28,12 @@ step! {
     /// did. The mirror is a vertical plane, whose normal is the mean direction to the figure's left. A figure that
     /// walks forward still walks forward.
     ///
-    /// The step pairs joints by their bones, and joints below the bones by their positions. It does not use the names of
-    /// joints. It reflects the rotation of each joint relative to the rest pose. If the two sides of the rest pose are
-    /// not mirror images, a T-pose takes the place of the rest pose. In this T-pose, each bone has its mean roll in the
-    /// motion. For an animal on four legs, its standing pose takes the place of the rest pose. The offset of a joint
-    /// from its parent does not change, so the bones of each side keep their lengths. A second `mirror` restores the
-    /// motion.
+    /// The step pairs joints by their bones, and joints below the bones by their positions. It does not use the names
+    /// of joints. It reflects the rotation of each joint relative to the rest pose. If the two sides of the rest pose
+    /// are not mirror images, a T-pose takes the place of the rest pose. In this T-pose, each bone has its mean roll in
+    /// the motion. For an animal on four legs, its standing pose takes the place of the rest pose. The offset of a
+    /// joint from its parent does not change, so the bones of each side keep their lengths. A second `mirror` restores
+    /// the motion.
     ///
     /// Morph targets of one mesh exchange their weights if their names differ only in the side, such as `eyeBlinkLeft`
     /// and `eyeBlinkRight`. In a VRM animation, the step exchanges the winks of both eyes, and mirrors the gaze.

@@ -56,8 +56,8 @@ pub struct Original {
     pub morphs: Vec<MorphCurves>,
 }
 
-/// A complete FBX file with meshes, binary or in text. An FBX output of the scene is this file with the clips of the scene; all
-/// other elements are kept.
+/// A complete FBX file with meshes, binary or in text. An FBX output of the scene is this file with the clips of the
+/// scene; all other elements are kept.
 #[derive(Clone, PartialEq)]
 #[doc(hidden)]
 pub struct FbxOriginal {
