@@ -81,7 +81,7 @@ pub use self::graph_job::{GraphJob, GraphSources};
 #[doc(hidden)]
 pub use self::input::InputOptions;
 #[doc(hidden)]
-pub use self::maker::{JobOutput, Maker};
+pub use self::maker::{JobOutput, Maker, clips_of};
 #[doc(hidden)]
 pub use self::motion_job::MotionJob;
 #[doc(hidden)]

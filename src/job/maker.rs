@@ -22,6 +22,8 @@ use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Assumption, Scene, Topic, UpAxis};
 
+#[doc(hidden)]
+pub use self::import::clips_of;
 use self::onto::import_onto;
 use self::own::robot_of_inputs;
 use self::skeletons::{Shared, Skeleton};

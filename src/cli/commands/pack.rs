@@ -12,7 +12,8 @@ use mocap::arrays::table::arrow_array::RecordBatch;
 use mocap::arrays::table::dataset::DatasetClip;
 use mocap::arrays::{ArrayOptions, Arrays, table};
 use mocap::files::{unfinished_target, write_file};
-use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
+use mocap::job::clips_of;
+use mocap::{Clips, Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
 use super::{Place, print_report};
 use crate::args::{ArgumentSources, ArraysArgs, PackArgs, PackFormatArg, TableArg};
@@ -76,7 +77,7 @@ pub(crate) fn run(args: &PackArgs, given: &ArgumentSources) -> Result<(), Failur
     args.arrays.check(&args.source, given)?;
     let folder = args.out_dir.as_path();
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
-    let mut inputs = inputs::find(&args.paths, &args.inputs)?;
+    let mut inputs = split(inputs::find(&args.paths, &args.inputs)?, args);
     if let PackFormatArg::Hf = args.to {
         return dataset::run(args, given, &inputs);
     }
@@ -156,6 +157,17 @@ pub(crate) fn run(args: &PackArgs, given: &ArgumentSources) -> Result<(), Failur
     tell(args, progress.finish(), failures)
 }
 
+/// Makes an input of each clip of the files, because a motion in a table is one clip. An inventory is about files.
+fn split(inputs: Vec<Input>, args: &PackArgs) -> Vec<Input> {
+    if args.read.clip != Clips::All || matches!(args.table(), TableArg::Inventory) {
+        return inputs;
+    }
+    let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
+    inputs::split_clips(inputs, thread_count(args.spread.threads), |file| {
+        clips_of(file, || importer.import(file))
+    })
+}
+
 /// Reports the number of packed files, and the failures.
 fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<(), Failure> {
     let packed = counts.files - counts.skipped - counts.failed;
@@ -209,7 +221,12 @@ impl<'a> Packer<'a> {
     fn rows(&self, input: &Input, record: &mut Record, summary: &mut Option<DatasetClip>) -> Option<Rows> {
         let clip = input.relative.as_str();
         record.sha256 = sha256(&input.path).ok();
-        let scene = input.path().and_then(|path| self.importer.import(path));
+        let importer = match input.clip {
+            Some(clip) => self.importer.clone().clips(Clips::Index(clip)),
+            None => self.importer.clone(),
+        };
+        let mut scene = input.path().and_then(|path| importer.import(path));
+        scene.iter_mut().for_each(Scene::put_main_clip_first);
         if let Ok(scene) = &scene {
             record.warnings = scene.warnings.iter().map(ToString::to_string).collect();
         }

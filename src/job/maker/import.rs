@@ -112,17 +112,11 @@ impl Maker<'_> {
     /// that cannot be read is reported later, with its output.
     #[doc(hidden)]
     pub fn separate_clips(&self, motion: &Path) -> Vec<(usize, String)> {
-        let format = FormatInfo::of_output(motion).map(|row| row.format);
-        let may_have_several = matches!(format, Some(Format::Gltf | Format::Fbx | Format::Usd));
-        if !self.holds_one_clip() || !may_have_several || self.job.read.clip != Clips::All {
+        if !self.holds_one_clip() || self.job.read.clip != Clips::All {
             return Vec::new();
         }
         let importer = self.job.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
-        let Ok(scene) = self.files.import(&importer, motion) else {
-            return Vec::new();
-        };
-        let clips = bodily(&scene).map(|index| (index, scene.animations[index].name.clone()));
-        clips.collect()
+        clips_of(motion, || self.files.import(&importer, motion))
     }
 
     /// Whether an output holds only one clip.
@@ -147,6 +141,22 @@ impl Maker<'_> {
             _ => self.job.read.clip.index_in(scene),
         }
     }
+}
+
+/// The clips of a file, with their numbers and names, for an output that holds one clip. Formats with one clip, and
+/// files that cannot be read, give no clips.
+#[doc(hidden)]
+pub fn clips_of(motion: &Path, import: impl FnOnce() -> Result<Scene>) -> Vec<(usize, String)> {
+    let format = FormatInfo::of_output(motion).map(|row| row.format);
+    if !matches!(format, Some(Format::Gltf | Format::Fbx | Format::Usd)) {
+        return Vec::new();
+    }
+    let clips = |scene: Scene| {
+        bodily(&scene)
+            .map(|index| (index, scene.animations[index].name.clone()))
+            .collect()
+    };
+    import().map(clips).unwrap_or_default()
 }
 
 /// The clips in which not only the face moves.

@@ -218,3 +218,26 @@ fn a_part_of_each_clip_is_kept() {
         "{said}"
     );
 }
+
+/// Each clip is a motion of the table.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_table_has_every_clip() {
+    let folder = folder();
+    folder.succeeds("pack in.fbx -o packed");
+    let inputs: Vec<String> = folder
+        .records("packed")
+        .iter()
+        .map(|record| record["input"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(inputs, ["in.fbx/long", "in.fbx/middle", "in.fbx/short"]);
+    let scene = import(&folder, "packed/part-00000.parquet");
+    let frames: Vec<usize> = scene
+        .animations
+        .iter()
+        .map(mocap::scene::Animation::frame_count)
+        .collect();
+    assert_eq!(frames.iter().sum::<usize>(), 120, "{frames:?}");
+    folder.succeeds("pack in.fbx -o named --clip short");
+    assert_eq!(folder.records("named").len(), 1);
+}
