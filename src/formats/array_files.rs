@@ -132,7 +132,7 @@ pub(super) const MOT: FormatInfo = FormatInfo {
     name: "OpenSim's .mot",
     description: "joint angles of OpenSim's models",
     extensions: Format::Mot.extensions(),
-    reading: "fair: joint angles of OpenSim's gait models, on any body",
+    reading: "fair: joint angles of OpenSim's gait models; a body option states the skeleton",
     sniff: is_mot,
     read: reader!("arrays", read::read_mot),
     contents: Contents::Motion,

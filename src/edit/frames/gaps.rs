@@ -52,8 +52,8 @@ impl Frames<'_> {
         self.with_rows(rows).taking(self, taken)
     }
 
-    /// A motion with one frame per tick. Frame `i` has the transforms of frame `chosen[i]`. Its gaps and morph weights are
-    /// sampled at the fractional frame `times[i]`.
+    /// A motion with one frame per tick. Frame `i` has the transforms of frame `chosen[i]`. Its gaps and morph weights
+    /// are sampled at the fractional frame `times[i]`.
     pub(crate) fn picked_of(&self, chosen: &[usize], times: &[f64]) -> Self {
         let taken: Vec<(&Self, f64)> = times.iter().map(|time| (self, *time)).collect();
         self.picked(chosen).taking(self, &taken)

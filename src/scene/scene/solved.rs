@@ -68,8 +68,8 @@ pub struct SolvedJoint {
     /// The standard deviation in metres of the position relative to the parent, from the covariance of the fit; `None`
     /// if the position was not fitted.
     pub deviation: Option<f64>,
-    /// Whether the motion determines the position of this joint. It does if `deviation` is less than half of the standard
-    /// deviation of the published regression.
+    /// Whether the motion determines the position of this joint. It does if `deviation` is less than half of the
+    /// standard deviation of the published regression.
     pub is_told: bool,
 }
 

@@ -314,8 +314,8 @@ export interface CleanWeights {
    */
   "least-evidence-of-doubled"?: number;
   /**
-   * Mean speed of feet in contact below which mocap does not lock them, if no other part of `clean` changed the motion.
-   * Marker systems reach this speed in runs, because contacts begin and end in motion. Unit: m/s. Default: `0.2`.
+   * Mean speed of feet in contact below which mocap does not lock them, if `clean` found little noise. Takes of marker
+   * systems reach 0.18 m/s in runs, because contacts begin and end in motion. Unit: m/s. Default: `0.2`.
    */
   "least-skate"?: number;
   /**
@@ -1466,7 +1466,7 @@ export interface LoopStep {
 /**
  * Appends a second motion, which has the same joints. At the seam, the last frame of the first motion and the first frame of
  * the second motion become one frame. So `concat` restores a motion that was cut in two. The scene gets the warning
- * `PosesApart` if the poses at the seam differ by more than 45 degrees or 30 cm, or the speeds by more than 1 m/s. With
+ * `poses-apart` if the poses at the seam differ by more than 45 degrees or 30 cm, or the speeds by more than 1 m/s. With
  * `within`, the step joins the two most similar frames near the end of the first motion and near the start of the second
  * motion. To compare two frames, it uses the distance of motion graphs, over a third of a second around each frame.
  */
@@ -1492,7 +1492,7 @@ export interface ConcatStep {
  * Mixes a motion with a second motion, which has the same joints. Weight 0 gives the first motion, weight 1 the second
  * motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at the same phase.
  * The duration is the weighted mean of both durations. Movements over the ground are mixed relative to the heading of each
- * figure: two walks in different directions give a walk in a direction between them. The scene gets the warning `PosesApart`
+ * figure: two walks in different directions give a walk in a direction between them. The scene gets the warning `poses-apart`
  * if two mixed poses differ by more than 45 degrees or 30 cm. This comparison ignores position and heading over the ground.
  * With `within`, the step drops frames at the beginning of one motion and at the end of one motion, so that both motions
  * begin and end in similar poses. To compare two frames, it uses the distance of motion graphs, over a third of a second

@@ -393,10 +393,7 @@ fn arrays_are_outputs_like_any_other() {
     assert_eq!(folder.read("b.csv").split(|byte| *byte == b'\n').count() - 1, 6);
     for (arguments, said) in [
         ("convert takes/b.bvh c.npz --to npz", "--to would do nothing"),
-        (
-            "convert takes/b.bvh c.csv --to amass",
-            "written to a file that ends in .npz",
-        ),
+        ("convert takes/b.bvh c.csv --to amass", "must end in .npz"),
         ("convert takes/b.bvh c.pkl", "name this robot in --body"),
         (
             "convert takes/b.bvh c.npz --to amass --verify",

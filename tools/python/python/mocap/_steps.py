@@ -260,7 +260,7 @@ def concat(
 ) -> Step:
     """Appends a second motion, which has the same joints. At the seam, the last frame of the first motion and the
     first frame of the second motion become one frame. So ``concat`` restores a motion that was cut in two. The
-    scene gets the warning ``PosesApart`` if the poses at the seam differ by more than 45 degrees or 30 cm, or the
+    scene gets the warning ``poses-apart`` if the poses at the seam differ by more than 45 degrees or 30 cm, or the
     speeds by more than 1 m/s. With ``within``, the step joins the two most similar frames near the end of the first
     motion and near the start of the second motion. To compare two frames, it uses the distance of motion graphs,
     over a third of a second around each frame.
@@ -287,11 +287,11 @@ def blend(
     second motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at
     the same phase. The duration is the weighted mean of both durations. Movements over the ground are mixed
     relative to the heading of each figure: two walks in different directions give a walk in a direction between
-    them. The scene gets the warning ``PosesApart`` if two mixed poses differ by more than 45 degrees or 30 cm. This
-    comparison ignores position and heading over the ground. With ``within``, the step drops frames at the beginning
-    of one motion and at the end of one motion, so that both motions begin and end in similar poses. To compare two
-    frames, it uses the distance of motion graphs, over a third of a second around each frame. With ``within``, the
-    second motion also begins at the position and in the heading of the first motion.
+    them. The scene gets the warning ``poses-apart`` if two mixed poses differ by more than 45 degrees or 30 cm.
+    This comparison ignores position and heading over the ground. With ``within``, the step drops frames at the
+    beginning of one motion and at the end of one motion, so that both motions begin and end in similar poses. To
+    compare two frames, it uses the distance of motion graphs, over a third of a second around each frame. With
+    ``within``, the second motion also begins at the position and in the heading of the first motion.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
