@@ -135,7 +135,7 @@ impl Figure {
             let message = format!("in this unit, the figure is {ratio:.3} times as large as a person");
             Diagnostic::new(Code::ImplausibleSize, message)
                 .expected_found(
-                    format!("about {} m per unit", self.survey.unit.value.metres()),
+                    format!("about {:.3} m per unit", self.survey.unit.value.metres()),
                     format!("{metres} m per unit"),
                 )
                 .help("if the file states a wrong unit, name the right one with {unit}")

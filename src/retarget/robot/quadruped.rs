@@ -8,10 +8,10 @@
 mod judge;
 
 use glam::{DQuat, DVec3};
-use mocap_figure::Figure;
 use mocap_figure::animal::{AnimalFrame, AnimalTrack, RETURN, shifts};
 use mocap_figure::report::Quadruped;
 use mocap_figure::robot_bones::sole::SoleBall;
+use mocap_figure::{Creature, Figure};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{Animation, Scene};
@@ -112,6 +112,7 @@ impl QuadrupedRetargeter {
         let Some(animal) = figure.quadruped(source).cloned() else {
             let what = match (figure.humanoid.found, figure.humanoid.creature) {
                 (true, _) => "a humanoid".to_owned(),
+                (_, Some(Creature::FourLegged)) => "an animal on four legs whose legs were not found".to_owned(),
                 (_, Some(creature)) => format!("{} ({})", creature.as_str(), figure.humanoid.reason),
                 (_, None) => format!("not an animal on four legs: {}", figure.humanoid.reason),
             };
