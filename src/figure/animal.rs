@@ -67,14 +67,13 @@ impl AnimalFrame {
         self.rotation.inverse() * (self.paws[index] - self.hips[index])
     }
 
-    /// The vectors of the bones of a leg from the hip to the paw, in the axes of the trunk.
-    pub fn segments(&self, index: usize) -> Vec<DVec3> {
+    /// The vectors of the bones of a leg from the hip to the paw: three, or two for a leg without an ankle.
+    pub fn bones(&self, index: usize) -> Vec<DVec3> {
         let ends = [Some(self.knees[index]), self.ankles[index], Some(self.paws[index])];
         let joints: Vec<DVec3> = std::iter::once(self.hips[index])
             .chain(ends.into_iter().flatten())
             .collect();
-        let inverse = self.rotation.inverse();
-        joints.windows(2).map(|pair| inverse * (pair[1] - pair[0])).collect()
+        joints.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 }
 

@@ -22,7 +22,7 @@ use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 use serde::Serialize;
 
-pub use self::standing::{links_of_four_legs, standing_limbs};
+pub use self::standing::{links_of_four_legs, sort_legs, standing_limbs};
 use super::humanoid::HumanoidMap;
 use super::names::{self, Name};
 

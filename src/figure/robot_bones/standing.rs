@@ -1,5 +1,6 @@
 //! Finds the limbs on which a robot stands.
 
+use glam::DVec3;
 use mocap_scene::scene::robot::Robot;
 
 use super::{LIMB, LOW, Tree};
@@ -10,17 +11,21 @@ pub fn standing_limbs(robot: &Robot) -> Vec<Vec<usize>> {
     Tree::new(robot).standing_limbs()
 }
 
-/// The moving links of four legs from the trunk outwards: the right and the left front leg, then the right and the left
+/// Sorts four legs by the positions of their hips: the left and the right front leg, then the left and the right hind
+/// leg. +X is forward and +Y left, by the convention of ROS.
+pub fn sort_legs<T>(legs: &mut [T; 4], hip: impl Fn(&T) -> DVec3) {
+    legs.sort_by(|a, b| hip(b).x.total_cmp(&hip(a).x));
+    for pair in legs.chunks_mut(2) {
+        pair.sort_by(|a, b| hip(b).y.total_cmp(&hip(a).y));
+    }
+}
+
+/// The moving links of four legs from the trunk outwards: the left and the right front leg, then the left and the right
 /// hind leg. `None` if the robot has other joints than the joints of four legs.
 pub fn links_of_four_legs(robot: &Robot) -> Option<[Vec<usize>; 4]> {
     let places = robot.zero_pose();
     let mut legs: [Vec<usize>; 4] = standing_limbs(robot).try_into().ok()?;
-    let at = |leg: &[usize]| places[leg[0]].translation;
-    // +X is forward and +Y left, by the convention of ROS.
-    legs.sort_by(|a, b| at(b).x.total_cmp(&at(a).x));
-    for pair in legs.chunks_mut(2) {
-        pair.sort_by(|a, b| at(a).y.total_cmp(&at(b).y));
-    }
+    sort_legs(&mut legs, |leg| places[leg[0]].translation);
     let count: usize = legs.iter().map(Vec::len).sum();
     (count == robot.moving_joints().len()).then_some(legs)
 }

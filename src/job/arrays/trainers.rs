@@ -175,8 +175,9 @@ pub(crate) fn for_max(motion: &RobotMotion, robot: &Robot) -> Result<String> {
             .into());
     };
     let links = robot.moving_joints();
-    let joints = legs.iter().flatten();
-    let columns = joints.filter_map(|link| links.iter().position(|other| other == link));
+    let [front_left, front_right, hind_left, hind_right] = legs;
+    let joints = [front_right, front_left, hind_right, hind_left].into_iter().flatten();
+    let columns = joints.filter_map(|link| links.iter().position(|other| *other == link));
     let columns: Vec<usize> = columns.collect();
     let frames = motion.root.iter().enumerate().map(|(frame, root)| {
         let dof = motion.dof_of(frame);

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use mocap_figure::animal::AnimalFrame;
 use mocap_figure::robot_bones::sole::{SoleBall, lowest_point, sole};
-use mocap_figure::robot_bones::standing_limbs;
+use mocap_figure::robot_bones::{sort_legs, standing_limbs};
 use mocap_scene::scene::HumanoidBone as Bone;
 use mocap_scene::scene::robot::Robot;
 
@@ -82,14 +82,9 @@ impl RobotLeg {
     /// The leg with the joints of an animal, and the directions of thigh, shin and foot of the leg `index` of an
     /// animal.
     pub(super) fn segments(&self, frame: &AnimalFrame, index: usize) -> Option<(&AnimalLeg, [DVec3; 3])> {
-        let joints = [
-            frame.hips[index],
-            frame.knees[index],
-            frame.ankles[index]?,
-            frame.paws[index],
-        ];
-        let direction = |part: usize| (joints[part + 1] - joints[part]).normalize_or_zero();
-        Some((self.of_animal.as_ref()?, std::array::from_fn(direction)))
+        let leg = self.of_animal.as_ref()?;
+        let bones: [DVec3; 3] = frame.bones(index).try_into().ok()?;
+        Some((leg, bones.map(DVec3::normalize_or_zero)))
     }
 
     /// The bones of a report with their directions on the robot, and on the leg `index` of the animal.
@@ -170,11 +165,7 @@ impl RobotLegs {
         let joints = |chain: &[usize]| bending(kinematics, &zero, chain);
         let hip = |chain: &[usize]| kinematics.axis(&zero, joints(chain)[0]).1;
         let mut chains: [Vec<usize>; 4] = chains.try_into().ok()?;
-        // +X is forward and +Y left, by the convention of ROS.
-        chains.sort_by(|a, b| hip(b).x.total_cmp(&hip(a).x));
-        for pair in chains.chunks_mut(2) {
-            pair.sort_by(|a, b| hip(b).y.total_cmp(&hip(a).y));
-        }
+        sort_legs(&mut chains, |chain| hip(chain));
         let hips = chains.each_ref().map(|chain| hip(chain));
         let leg = (0..4)
             .map(|index| hips[index].distance(end(&chains[index])))

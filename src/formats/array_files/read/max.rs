@@ -80,10 +80,10 @@ fn columns(robot: &Robot, leg_order: &[String]) -> Result<Vec<usize>, Failure> {
         return Err(Box::new(Diagnostic::new(Code::InvalidRobot, message).help(help)));
     };
     let leg = |name: &String| match name.as_str() {
-        "FR" => Some(0),
-        "FL" => Some(1),
-        "HR" | "RR" => Some(2),
-        "HL" | "RL" => Some(3),
+        "FL" => Some(0),
+        "FR" => Some(1),
+        "HL" | "RL" => Some(2),
+        "HR" | "RR" => Some(3),
         _ => None,
     };
     let order: Option<Vec<usize>> = leg_order.iter().map(leg).collect();

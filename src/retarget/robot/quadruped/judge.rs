@@ -97,12 +97,10 @@ impl QuadrupedRetargeter {
             let (from, to) = (&track.frames[frame], &track.frames[frame + window]);
             let turned = rotation_vector(to.rotation * from.rotation.inverse()).length();
             self.legs.legs.iter().enumerate().any(|(index, leg)| {
-                let (before, after) = (from.segments(index), to.segments(index));
-                let parts = before
-                    .iter()
-                    .zip(after)
-                    .map(|(before, after)| before.angle_between(after));
-                let source = parts.fold(turned, f64::max);
+                let bones = from.bones(index).into_iter().zip(to.bones(index));
+                let [back, ahead] = [from, to].map(|frame| frame.rotation.inverse());
+                let angles = bones.map(|(before, after)| (back * before).angle_between(ahead * after));
+                let source = angles.fold(turned, f64::max);
                 leg.bodies.iter().any(|body| {
                     let moved = (motion.dof_of(frame + window)[body - 1] - motion.dof_of(frame)[body - 1]).abs();
                     moved > JUMP && source < EXPLAINED * moved
