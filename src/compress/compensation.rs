@@ -47,8 +47,8 @@ impl Target {
     }
 
     /// The smallest change that brings the error of a rotation to `goal`. `off` is the difference between the rotation
-    /// and the best rotation. Both are rotation vectors in the axes of the joint. Returns `None` if the error is at
-    /// most `largest`.
+    /// and the best rotation. The change and `off` are rotation vectors in the axes of the joint. If the error is at
+    /// most `largest`, no change is needed, and the result is `None`.
     #[inline]
     pub(super) fn correction(&self, arms: &LeverArms, off: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         arms.correction(self.position_error, self.rotation_error + off, largest, goal)

@@ -22,9 +22,9 @@ step! {
     ///
     /// Hampel's identifier finds spikes. It measures the distance of each value from the middle of the two values `n`
     /// frames before and after, for each `n` up to the longest spike. In a spike, this distance is above `threshold`
-    /// times the median of these distances in the frames around. If a bone jumps, keeps its new rotation for longer,
-    /// and jumps back, the step rotates these frames back. If a bone suddenly rolls and does not roll back, the step
-    /// spreads the roll over 0.4 s, and the joints below keep their positions.
+    /// times the median of these distances in the frames around. A bone may also jump, keep its new rotation for
+    /// longer, and jump back: the step rotates these frames back. A bone may also roll suddenly and never roll back:
+    /// the step spreads the roll over 0.4 s, and the joints below keep their positions.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -61,8 +61,8 @@ impl Step for Fill {
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.
     pub gaps: Vec<[usize; 2]>,
-    /// The gaps that the step did not fill, because they are longer than the option `longest`. Each gap is its first
-    /// and its last frame.
+    /// The gaps that are longer than the option `longest`. The step did not fill them. A gap is given by its first and
+    /// its last frame.
     pub longer: Vec<[usize; 2]>,
     /// For a scene of markers, or of other points without a skeleton: the points with filled gaps.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -38,8 +38,8 @@ const LONGEST: f64 = 2.0;
 const LONGEST_REPLACED: f64 = 0.2;
 /// The largest number of frames in a run. With this limit, the running time is proportional to the number of frames.
 const MOST_FRAMES: usize = 2000;
-/// The largest difference between the jump into a run and the inverse of the jump out of it, as a fraction of the
-/// smaller jump.
+/// A flip begins with a jump and ends with the opposite jump. This is the largest difference between the first jump and
+/// the inverse of the second jump, as a fraction of the smaller jump.
 const AGREE: f32 = 0.4;
 /// A jump counts as half a turn about the bone if it differs from half a turn by at most this angle, in degrees.
 const HALF_TURN: f32 = 35.0;

@@ -31,8 +31,8 @@ impl Lines {
     }
 }
 
-/// Refuses to replace a file of another kind. Every file of this kind begins with `start`, even if a killed run has
-/// written only a part of it.
+/// Refuses to replace a file of another kind. A file of this kind begins with `start`. A killed run may leave only the
+/// first bytes of `start`.
 pub(super) fn check_start(path: &Path, start: &[u8], refusal: impl Fn() -> io::Error) -> io::Result<()> {
     let Some(file) = open(path, &refusal)? else {
         return Ok(());

@@ -33,8 +33,8 @@ const CALM: f64 = 0.3;
 /// clip may have no calm span, and the step of a run resembles noise.
 const CALM_AFTER: f64 = 3.0;
 
-/// The smallest ratio of the last two differences that counts as white noise. For white noise, the ratio is about 1,
-/// and for a motion it is smaller.
+/// The smallest ratio of the last two differences that counts as white noise. White noise has a ratio of about 1, and
+/// a motion has a smaller ratio.
 const FLAT: f64 = 0.85;
 /// The estimate for white noise is below the true value, because it is the smallest of several estimates, and from a
 /// calm span. The relative deficit is this factor divided by the square root of the number of frames in a span. In

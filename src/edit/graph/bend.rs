@@ -1,6 +1,6 @@
-//! Bends a walk so that it follows its path closely. The search leaves an error between walk and path. This code shifts
-//! and turns the walk over the ground, smoothly over time, until most of the error is gone (Gleicher, "Motion Path
-//! Editing", 2001). The sway from footstep to footstep does not change. The feet are locked later, as in every walk.
+//! Bends a walk so that it follows its path closely. The search leaves an error between walk and path. Smooth shifts
+//! and rotations over the ground remove most of this error (Gleicher, "Motion Path Editing", 2001). The sway
+//! from footstep to footstep does not change. The feet are locked later, as in every walk.
 
 use glam::DVec2;
 use mocap_scene::math::polyline::Polyline;

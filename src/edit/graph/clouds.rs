@@ -27,8 +27,8 @@ pub struct CloudSpace {
 impl CloudSpace {
     /// Chooses the points of a skeleton: a top joint, and all joints and end sites below it. The top joint is the
     /// highest joint of the figure whose position moves, or otherwise the highest joint. Joints that only place the
-    /// figure in the world are left out. The weight of a point is the length of the bones that meet at the point. So
-    /// the weight is spread evenly along the body, and all fingers together weigh no more than a hand.
+    /// figure in the world have no point. The weight of a point is the length of its adjacent bones. So the weight is
+    /// spread evenly along the body, and all fingers together weigh no more than a hand.
     pub fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
         let up = figure.up_direction();
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };

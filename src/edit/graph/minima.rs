@@ -35,8 +35,7 @@ pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds
 }
 
 /// The local minima of the distances between windows of all clips, if they are below `threshold`, in the order of clips
-/// and frames. Two overlapping windows of one clip are not compared. Pairs whose lower bound is above the threshold are
-/// skipped.
+/// and frames. The search skips overlapping windows of one clip, and pairs whose lower bound is above `threshold`.
 pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], threshold: f32) -> Vec<Minimum> {
     let numbers = Bound::new(space, window, clips).numbers(space, window, clips);
     let near = NeighbourIndex::new(&numbers);

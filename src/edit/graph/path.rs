@@ -4,9 +4,9 @@
 //! to the figure. The cost of a walk is the sum of the squared distances from the path, frame by frame, plus a small
 //! cost for each frame and each transition. Walks are compared at equal progress. Of all walks in the same frame of a
 //! clip and at the same position, only the cheapest continues. Of the remaining walks, only the [`BEAM`] cheapest
-//! continue. The first half of the best walk over some metres is kept, and the search continues from its end. Branch
-//! and bound, as in section 5 of the paper, finds the best walk too. But if clips are very similar, branch and bound
-//! examines too many walks before it abandons a bad beginning.
+//! continue. The first half of the best walk over some metres is kept, and the search continues from its end.
+//! Branch and bound, as in section 5 of the paper, also finds the best walk. For very similar clips, it examines too
+//! many walks.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -142,7 +142,7 @@ impl Network<'_> {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for fewer than two points, for equal successive points, for numbers that are not finite,
-    /// and if no walk can follow the path.
+    /// and for a path that no walk can follow.
     pub fn along(&self, points: &[[f64; 2]]) -> Result<Walk> {
         let path = line(points.iter().map(|point| self.over_ground(*point)).collect())?;
         let mut starts = self.starts(&path);

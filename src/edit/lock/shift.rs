@@ -47,7 +47,7 @@ pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     shifts
 }
 
-/// Nearly the centre of the smallest sphere that encloses all `points`, by the iteration of Bădoiu and Clarkson (2003).
+/// Approximates the centre of the smallest sphere around all `points`, by the iteration of Bădoiu and Clarkson (2003).
 pub(super) fn middle(points: &[Vec3]) -> Vec3 {
     let mut middle = points.first().copied().unwrap_or_default();
     for step in 1..=64 {

@@ -1,11 +1,11 @@
 //! The storage of keys within a largest error.
 //!
-//! | | rotations | translations | times | read by |
+//! | | rotations | translations | times | readers need |
 //! |---|---|---|---|---|
-//! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | every reader |
-//! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | readers of all of core glTF |
-//! | [`Compression::Meshopt`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
-//! | [`Compression::MeshoptKhr`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of KHR_meshopt_compression |
+//! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | nothing special |
+//! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | all of core glTF |
+//! | [`Compression::Meshopt`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | EXT_meshopt_compression |
+//! | [`Compression::MeshoptKhr`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | KHR_meshopt_compression |
 //!
 //! Times are 32-bit floats, as glTF requires, without further rounding. The bit rate of a joint depends on the distance
 //! of its descendants, by the hierarchical error metric of the Animation Compression Library (Nicholas Frechette). The

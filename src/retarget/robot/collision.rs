@@ -33,7 +33,8 @@ const DEEP: f64 = 0.01;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LinkCollision {
-    /// One of the two links: the base, or a link that a joint moves. Links that are fixed to this link are parts of it.
+    /// One of the two links: the base, or a link that a joint moves. Links without a moving joint count as parts of
+    /// their parent.
     pub link: String,
     /// The other link.
     pub other: String,

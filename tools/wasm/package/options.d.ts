@@ -1490,13 +1490,14 @@ export interface ConcatStep {
 
 /**
  * Mixes a motion with a second motion, which has the same joints. Weight 0 gives the first motion, weight 1 the second
- * motion. Dynamic time warping of the poses aligns both motions in time, so that two footsteps are mixed at the same phase.
- * The duration is the weighted mean of both durations. Movements over the ground are mixed relative to the heading of each
- * figure: two walks in different directions give a walk in a direction between them. The scene gets the warning `poses-apart`
- * if two mixed poses differ by more than 45 degrees or 30 cm. This comparison ignores position and heading over the ground.
- * With `within`, the step drops frames at the beginning of one motion and at the end of one motion, so that both motions
- * begin and end in similar poses. To compare two frames, it uses the distance of motion graphs, over a third of a second
- * around each frame. With `within`, the second motion also begins at the position and in the heading of the first motion.
+ * motion. Dynamic time warping aligns the poses of both motions in time. So the step mixes two footsteps at the same phase.
+ * The duration is the weighted mean of both durations. The step mixes movements over the ground relative to the heading of
+ * each figure: two walks in different directions give a walk in a direction between them. The scene gets the warning
+ * `poses-apart` if two mixed poses differ by more than 45 degrees or 30 cm. This comparison ignores position and heading over
+ * the ground. With `within`, the step drops frames at the beginning of one motion and at the end of one motion, so that both
+ * motions begin and end in similar poses. To compare two frames, it uses the distance of motion graphs, over a third of a
+ * second around each frame. With `within`, the second motion also begins at the position and in the heading of the first
+ * motion.
  */
 export interface BlendStep {
   step: "blend";

@@ -74,7 +74,8 @@ const LEAST_STRIDE: usize = 3;
 /// Limbs move in this time, which adds to the allowed distance.
 const OFF_AT_FIRST: f32 = 1.5;
 
-/// The same error for each sample of the overlap, from half a step of pace, with a margin of two.
+/// A wrong pace adds to the error of the best timing. This is the added error for each sample of the overlap, in
+/// samples: twice the error of half a step of pace.
 const OFF_BY_PACE: f32 = 0.005;
 
 /// The number of groups of four limbs.
