@@ -14,7 +14,7 @@ pub(crate) mod live;
 mod onto;
 mod output;
 mod own;
-mod parse;
+pub(crate) mod parse;
 mod pictures;
 mod pose;
 mod retarget;

@@ -104,22 +104,22 @@ pub fn run_with(invocation: Invocation) -> u8 {
 
 fn run_command() -> u8 {
     take_no_signal_for_a_large_file();
+    mocap::spell_options(|key| match key {
+        // The library option `joints` is `--joint-set` on the command line, because `--joints` already takes joint
+        // names.
+        "joints" => "--joint-set".to_owned(),
+        key => format!("--{key}"),
+    });
     let (mut args, given) = Args::parse_with_given();
     match &mut args.command {
         Command::Convert(convert) => convert.settle(),
         Command::Solve(solve) => solve.settle(),
         _ => {}
     }
-    mocap::spell_options(match args.command {
+    if let Command::Mcp(_) = args.command {
         // Agents name options without dashes.
-        Command::Mcp(_) => |key| format!("\"{key}\""),
-        // The library option `joints` is `--joint-set` on the command line, because `--joints` already takes joint
-        // names.
-        _ => |key| match key {
-            "joints" => "--joint-set".to_owned(),
-            key => format!("--{key}"),
-        },
-    });
+        mocap::spell_options(|key| format!("\"{key}\""));
+    }
     report::set_quiet(args.quiet);
     build_note::start(&args.command);
     mocap::job::remember_outputs(report::replaced);

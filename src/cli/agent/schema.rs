@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use super::about;
 use super::tools::{FileArgument, Slot, TOOLS, Tool};
 use crate::Failure;
+use crate::args::parse::own_error;
 use crate::args::{Args, ArgumentSources};
 
 /// The commands of the program.
@@ -60,6 +61,9 @@ impl Commands {
         words: impl IntoIterator<Item = OsString>,
     ) -> Result<(Args, ArgumentSources), Failure> {
         Args::parse_from(&self.0, words).map_err(|error| {
+            if let Some(error) = own_error(&error) {
+                return Failure::Usage(error.diagnostic().to_string());
+            }
             let text = error.render().to_string();
             let text = text.split("\n\nUsage:").next().unwrap_or_default();
             let text = text.split("\n\nFor more information").next().unwrap_or_default();

@@ -51,6 +51,10 @@ impl Args {
                 );
                 std::process::exit(2);
             }
+            if let Some(error) = own_error(&error) {
+                report::error(error);
+                std::process::exit(2);
+            }
             suggest(&mut error, &Self::command());
             tell(&error)
         })
@@ -96,6 +100,11 @@ impl Args {
         given.options = options.join(" ");
         Ok((args, given))
     }
+}
+
+/// The error about a value that the library has parsed. clap quotes its code and its help within a sentence.
+pub(crate) fn own_error(error: &clap::Error) -> Option<&mocap::Error> {
+    std::error::Error::source(error)?.downcast_ref()
 }
 
 /// Whether the arguments ask for the job of a command without jobs.

@@ -156,7 +156,10 @@ fn the_command_writes_tables_and_says_what_failed() {
     let split = folder.run(&format!("survey {WALK} --split 0.8,0.1,0.1"));
     assert!(words(&split).contains("puts no clip into"), "{}", words(&split));
     folder.refuses(&format!("survey {WALK} --threshold skid=1"), 2, "skid");
-    folder.refuses(&format!("survey {WALK} --where skat<1"), 2, "skate");
+    for command in [format!("survey {WALK}"), format!("find {WALK} --like {WALK}")] {
+        let said = r#"error[invalid-value]: --where: "skat" is not a column"#;
+        folder.refuses(&format!("{command} --where skat<1"), 2, said);
+    }
     // An input is never replaced, and a table needs a format.
     folder.refuses(&format!("survey {WALK} -o {WALK} --force"), 2, "");
     folder.refuses(&format!("survey {WALK} -o rows.xyz"), 2, ".parquet");
