@@ -38,6 +38,8 @@ FILES = {
 }
 # The pages whose commands use each other's results.
 README_PAGES = [ROOT / "README.md", ROOT / "docs/commands.md"]
+# The pages whose commands need only the files above.
+GUIDE_PAGES = [ROOT / "docs/looking.md", ROOT / "docs/asking.md"]
 # The files of these pages. One command makes `take.bvh`; its graph joins jumps by transitions.
 README_FILES = {name: file for name, file in FILES.items() if name != "take.bvh" and not name.startswith("takes/")} | {
     "takes/a.bvh": "real/cmu_01_01.bvh",
@@ -84,6 +86,7 @@ def draw(page):
             print(f"skipped {page.relative_to(ROOT)}: PYTHON names no Python with the packages of the example")
             continue
         with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "job.json").write_text('{"source": {"inputs": ["walk.bvh"]}, "write": {"output": "walk.glb"}}')
             Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
             place = Path(folder) if page.parent == ROOT / "docs" else Path(folder, page.parent.relative_to(ROOT))
             place.mkdir(parents=True, exist_ok=True)
@@ -117,7 +120,8 @@ def main(pages):
     passed = failed = 0
     pictures = "--pictures" in pages
     pages = [name for name in pages if name != "--pictures"]
-    for page in [*README_PAGES, ROOT / "fixtures/README.md", *sorted((ROOT / "docs/how-to").glob("*.md"))]:
+    guide = [*GUIDE_PAGES, *sorted((ROOT / "docs/how-to").glob("*.md"))]
+    for page in [*README_PAGES, ROOT / "fixtures/README.md", *guide]:
         if pages and not any(name in str(page.relative_to(ROOT)) for name in pages):
             continue
         with tempfile.TemporaryDirectory() as folder:
@@ -127,13 +131,15 @@ def main(pages):
                 path.parent.mkdir(exist_ok=True)
                 shutil.copyfile(ROOT / "fixtures" / fixture, path)
             Path(folder, "bones.json").write_text('{"bones": {"leftHand": "LeftHand", "leftEye": null}}')
+            Path(folder, "job.json").write_text('{"source": {"inputs": ["walk.bvh"]}, "write": {"output": "walk.glb"}}')
             Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
             lines = page.read_text().splitlines()
             for number, line in commands(lines):
                 words = shlex.split(line, comments=True)[1:]
                 if words[0] == "view" and "-o" not in words:
                     words += ["-o", "view.html"]
-                output = words[words.index("-o") + 1] if "-o" in words else words[2] if words[0] == "convert" else "."
+                writes = words[0] == "convert" and "--print-job" not in words
+                output = words[words.index("-o") + 1] if "-o" in words else words[2] if writes else "."
                 # A command can be run again, and replaces its own output.
                 for _ in range(2):
                     ran = subprocess.run([MOCAP, *words], cwd=folder, capture_output=True, text=True)
