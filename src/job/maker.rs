@@ -459,7 +459,7 @@ fn one(motions: &[PathBuf]) -> Result<&Path> {
         [] => Err(no_input()),
         motions => {
             let message = format!("the job has {} inputs, but one output", motions.len());
-            let help = "name one motion in source.inputs, and second motions of steps in source.with";
+            let help = "name one motion in source.inputs, and the second motion that a step needs in source.with";
             Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
         }
     }

@@ -37,11 +37,12 @@ impl Corpus {
         let sum: f64 = parts.iter().sum();
         if parts.len() < 2 || !parts.iter().all(|part| *part > 0.0) || (sum - 1.0).abs() > OFF_ONE {
             let found = parts.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-            return Err(
-                Diagnostic::new(Code::InvalidValue, "{split} must be the fractions of the parts")
-                    .expected_found("two or more numbers above 0 whose sum is 1, such as 0.8,0.1,0.1", found)
-                    .into(),
-            );
+            return Err(Diagnostic::new(
+                Code::InvalidValue,
+                "{split} must state two or more fractions, one for each part",
+            )
+            .expected_found("two or more numbers above 0 whose sum is 1, such as 0.8,0.1,0.1", found)
+            .into());
         }
         let names = names(parts.len());
         let rows: Vec<&ClipRow> = self.rows().collect();

@@ -105,7 +105,7 @@ impl Space {
         if let (Some(stated), Some(known)) = (self.metres_per_unit, file.metres_per_unit.or(metadata.metres_per_unit))
             && !is_same_unit(known, stated)
         {
-            let help = "leave {unit} out if the file is right; {out-unit} changes the unit of the output";
+            let help = "leave {unit} out if the file states the right unit; {out-unit} changes the unit of the output";
             let [expected, found] = [known, stated].map(|metres| format!("{metres} m"));
             warnings.push(otherwise("unit", [expected, found], help));
         }
@@ -113,7 +113,7 @@ impl Space {
             && known != stated
             && !file.up_is_guess
         {
-            let help = "leave {up} out if the file is right; {out-up} changes the up axis of the output";
+            let help = "leave {up} out if the file states the right axis; {out-up} changes the up axis of the output";
             let [expected, found] = [known, stated].map(|up| up.as_str().to_owned());
             warnings.push(otherwise("up axis", [expected, found], help));
         }
