@@ -19,7 +19,7 @@ use crate::work::Work;
 /// footstep. So a foot does not turn within a footstep, but a person who stands may still shift the weight.
 const OVER: f64 = 0.6;
 
-/// The time in which a foot reaches its steady rotation and leaves it, in seconds. A heel lifts in about 0.2 s.
+/// The seconds that a foot takes to reach its steady rotation, and again to leave it. A heel lifts in about 0.2 s.
 const BLEND: f64 = 0.15;
 
 /// The time over which noise is averaged before a foot is seen to roll, in seconds.

@@ -169,7 +169,7 @@ fn has_two_pairs_of_legs(tree: &Tree, body: &Body) -> bool {
         let limbs = [a[0], a[1], b[0], b[1]].map(|root| (tree.at[root], tip(root)));
         let along = limbs.iter().map(|(root, tip)| *tip - *root).sum::<Vec3>();
         let length = 0.25 * along.length();
-        // The direction across the plane of the ends.
+        // The normal of the plane through the ends of the four limbs.
         let [left, right, other, opposite] = limbs.map(|(_, tip)| tip);
         let (one, two) = (right - left, opposite - other);
         let sideways = one + two * one.dot(two).signum();

@@ -183,8 +183,8 @@ fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a Bytes<'a>, path_of_
     Ok(())
 }
 
-/// Adds the arrays of a pickle in an array of objects. If the pickle has no dictionary, its array has the name of the
-/// array of objects.
+/// Adds the arrays of a pickle that an array of objects contains. If the pickle has one array instead of a dictionary,
+/// this array gets the name of the array of objects.
 fn add_objects<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a [u8]) -> Result<(), Failure> {
     let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
     let inner = pickle::entries(&pickle);

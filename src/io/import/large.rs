@@ -34,7 +34,7 @@ struct State {
     failure: Option<io::Error>,
 }
 
-/// The first bytes, in large memory pages, which fill in half the time.
+/// The first bytes, in large memory pages. To fill these takes half the time that small pages take.
 pub struct Pages {
     memory: MmapMut,
     length: usize,

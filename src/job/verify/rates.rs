@@ -11,8 +11,8 @@ use super::output::Output;
 pub(super) struct Rates {
     /// The rate of every clip of the source after the steps.
     pub(super) of_clips: Vec<f64>,
-    /// Further rates at which the file may have keys: the rates before resampling, because the frames on both sides of
-    /// a cut keep their times.
+    /// Further rates at which the file may have keys: the rates before resampling. If a step cuts the motion, the
+    /// frames on both sides of the cut keep the times that they had at such a rate.
     others: Vec<f64>,
     /// Whether the file rounds rates that are near whole numbers.
     is_whole: bool,

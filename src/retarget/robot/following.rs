@@ -1,4 +1,5 @@
-//! The goals of the robot's links: the bones of the twin, with feet that keep their place on the floor.
+//! The goals of the robot's links: the bones of the twin, a figure with the robot's proportions. Feet keep their
+//! place on the floor.
 
 use glam::{DQuat, DVec2, DVec3, Quat};
 use mocap_scene::math::quaternion::rotation_vector;

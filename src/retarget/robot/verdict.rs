@@ -7,7 +7,7 @@ use crate::quality::Verdict;
 /// The name of the fraction of infeasible frames.
 pub(super) const INFEASIBLE: &str = "fraction_infeasible";
 
-/// The name of the fraction of samples above the efforts of motors.
+/// The name of the fraction of samples in which a motor needs more effort than it can give.
 pub(super) const OVER_EFFORT: &str = "fraction_over_effort";
 
 /// The largest fraction of samples above the efforts of motors in a good motion.

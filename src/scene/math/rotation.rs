@@ -67,8 +67,9 @@ pub fn from_euler(rotations: impl Iterator<Item = (Axis, f64)>) -> DQuat {
 
 /// The sign of a rotation's quaternion that Assimp chooses.
 ///
-/// Assimp makes the quaternion from the rotation matrix. `w` is positive if the matrix's trace is, that is if `|w| >
-/// 1/2`. Otherwise the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+/// Assimp makes the quaternion from the rotation matrix. If the trace of the matrix is positive (`|w| > 1/2`), `w` is
+/// positive. Otherwise the largest diagonal element decides: of `x`, `y` and `z`, the component with the largest
+/// absolute value is positive.
 pub fn with_assimp_sign(rotation: DQuat) -> Quat {
     let DQuat { x, y, z, w } = rotation;
     let (xx, yy, zz) = (x * x, y * y, z * z);

@@ -42,7 +42,8 @@ const RIGID: f64 = 0.012;
 const RIGID_HEAD: f64 = 0.004;
 /// The largest variation of distances between trunk markers, as a fraction of the body height: 10 mm.
 const RIGID_TRUNK: f64 = 0.006;
-/// The largest distance of a central marker from the body's midline, as a fraction of the body height: 6 cm.
+/// The largest distance of a central marker from the body's midline, as a fraction of the body height. A body of
+/// 1.7 m has 6 cm.
 const MIDDLE: f64 = 0.035;
 /// The distances of shoulder markers from the body's midline, as fractions of the body height: 12 to 27 cm.
 const BESIDE: std::ops::Range<f64> = 0.07..0.16;

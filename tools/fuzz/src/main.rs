@@ -1,6 +1,6 @@
 //! A fuzzer for the stable toolchain: changes the fixtures of a format at random, for a number of seconds or of inputs.
-//! Each format has its own process, with one process per core at a time. Half of the changes to glTF, C3D, FBX, packed
-//! clips and archives are to their structure.
+//! Each format has its own process. At most one process per core runs at a time. Half of the changes to glTF, C3D, FBX,
+//! packed clips and archives are to their structure.
 //!
 //! An input that reaches new code becomes a seed, if the library was compiled with coverage counters (`guided`).
 //! Without counters, an input with a new message becomes a seed. The memory is limited, so that an unbounded allocation

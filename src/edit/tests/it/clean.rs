@@ -389,7 +389,8 @@ fn a_body_that_stands_still_loses_its_noise() {
 }
 
 /// Noise that lasts for a tenth of a second resembles a motion, so it stays in the body. Feet that stand must not
-/// slide. Noise also turns a foot about its ball, and must move neither the ankle nor the ball.
+/// slide. Noise also turns a foot about its ball. After the cleaning, neither the ankle nor the ball of a standing foot
+/// moves.
 #[test]
 fn feet_under_lasting_noise_are_held() {
     let truth = walk();

@@ -50,7 +50,7 @@ fn node(scene: &Scene, name: &str) -> usize {
     found.unwrap_or_else(|| panic!("no node is {name}"))
 }
 
-/// The translation and the rotation of a part of the face, at a fraction of the first motion.
+/// The translation and the rotation of a part of the face, at the fraction `share` of the first motion's duration.
 fn at(scene: &Scene, name: &str, share: f64) -> (Vec3, Quat) {
     let index = node(scene, name);
     let motion = &scene.animations[0];

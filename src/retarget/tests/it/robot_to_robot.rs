@@ -116,7 +116,8 @@ fn robots_face_as_each_other() {
     }
 }
 
-/// A trunk that is rotated against the source gives no good motion, even if no limb deviates relative to the trunk.
+/// If the trunk is rotated relative to the source, the motion is not "good", even if every limb agrees relative to the
+/// trunk.
 #[test]
 fn a_turned_trunk_is_measured() {
     let g1 = robot("g1_29dof_rev_1_0.urdf");

@@ -376,7 +376,7 @@ fn the_armature_that_fbx_adds_above_the_skeleton_is_no_other_joint() {
     assert!(is_added(&again) && !is_added(&source));
 }
 
-/// A glTF file of two joints. Its clip has keys at these seconds and frames of 0.1 s.
+/// A glTF file of two joints. Its clip has keys at the times `seconds`. A frame takes 0.1 s.
 fn keyed(name: &str, seconds: &[f32]) -> Scene {
     use base64::Engine;
     let places = seconds.iter().flat_map(|second| [*second, 1.0 + second * second, 0.0]);
