@@ -44,8 +44,55 @@ GUIDE_PAGES = [ROOT / "docs/looking.md", ROOT / "docs/asking.md"]
 README_FILES = {name: file for name, file in FILES.items() if name != "take.bvh" and not name.startswith("takes/")} | {
     "takes/a.bvh": "real/cmu_01_01.bvh",
 }
+# The files of the guide that are not above, or that differ.
+GUIDE_FILES = {
+    "idle.bvh": "real/cmu_12_01_walk.bvh",
+    "run.bvh": "real/cmu_12_01_walk.bvh",
+    "turn.bvh": "real/cmu_12_01_walk.bvh",
+    "clip.bvh": "real/rokoko_dance.bvh",
+    "walks/a.bvh": "real/cmu_12_01_walk.bvh",
+    "robot.bvh": "real/mocopi_jump_six_channels.bvh",
+    "lafan_skeleton.bvh": "real/cmu_12_01_walk.bvh",
+    "dance.vmd": "made/dancer.vmd",
+    "dancer.pmx": "made/dancer.pmx",
+    "miku.pmx": "made/dancer.pmx",
+    "take.npz": "arrays/amass_smplh.npz",
+    "SMPLH_NEUTRAL.npz": "arrays/body_smplh.npz",
+    "h1.urdf": "robots/h1.urdf",
+    "go1.urdf": "robots/max.urdf",
+    "dog.bvh": "made/dog_walk.bvh",
+}
+# The files that differ on one page: clips of one skeleton, and longer clips.
+PAGE_FILES = {
+    "docs/arrays.md": {"take.npz": "arrays/amass_smpl.npz"},
+    "docs/positions.md": {"take.npz": "arrays/sam3d_stack.npz"},
+    "docs/editing.md": {"walk.bvh": "real/cmu_12_01_walk.bvh"},
+    "docs/motion-graphs.md": {"turn.bvh": "real/cmu_short.bvh", "hero.bvh": "real/cmu_12_01_walk.bvh"},
+}
+# The commands that make further files of the guide. A page gets those that it names and does not make itself.
+MADE = {
+    "hero_walk.glb": "retarget walk.bvh hero.glb -o hero_walk.glb",
+    "walk.vrma": "convert walk.bvh walk.vrma",
+    "walk_ik.mot": "angles walk.bvh -o walk_ik.mot",
+    "walk.trc": "convert take.c3d walk.trc",
+    "standing.trc": "convert take.c3d standing.trc",
+    "walk.npz": "robot walk.bvh --robot g1.urdf -o walk.npz",
+    "g1.npz": "robot walk.bvh --robot g1.urdf -o g1.npz",
+    "motions/": "robot takes/ --robot g1.urdf -o motions",
+}
+# The commands that replace `takes/` on one page: clips of one skeleton, with a pause between two jumps.
+JUMPS = "edit fixtures/real/cmu_01_01.bvh --step trim:range={} -o takes/{}.bvh"
+PAGE_TAKES = {"docs/motion-graphs.md": {"walk": "0f..1100f", "turn": "800f..1900f", "jump": "1600f..2700f"}}
+# The files of the guide that the repository does not hold. Lines that name them are parsed, and do not run.
+MISSING = {
+    "theia.c3d": "a recording of a markerless system",
+    "joints.npy": "positions in the order of COCO or MediaPipe",
+    "keypoints.csv": "positions in the order of Human3.6M",
+    "talos.urdf": "a slow robot",
+    "policy.npz": "the motion of a policy",
+}
 # These commands receive or send without end.
-WAITS = ("mocap record ", "mocap play ", "mocap bridge ")
+WAITS = ("record", "play", "bridge", "mcp")
 
 
 def printed(after):
@@ -61,12 +108,37 @@ def commands(lines):
     for number, line in enumerate(lines):
         if line.startswith("```"):
             block = "" if block else line
-        elif line.startswith("    mocap ") or block == "```sh" and line.startswith("mocap ") and not line.startswith(WAITS):
+        elif line.startswith("    mocap ") or block == "```sh" and line.startswith("mocap "):
             yield number, line
         elif line.startswith("| ") and line.endswith("` |"):
             cell = line.rsplit(" | `", 1)[-1].removesuffix("` |")
             if cell.startswith("mocap "):
                 yield number, cell
+
+
+def words_of(line, folder):
+    """The words of a command after `mocap`, as a shell in this folder expands them."""
+    shell = ["bash", "-c", f'mocap() {{ printf "%s\\0" "$@"; }}\n{line}']
+    ran = subprocess.run(shell, cwd=folder, capture_output=True, text=True, check=True)
+    return ran.stdout.split("\0")[:-1]
+
+
+def misuse(words, is_part=False):
+    """What the program says about an unknown command, option or value. A part of a command may lack values, and may have
+    placeholders, such as N or FILE."""
+    ran = subprocess.run([MOCAP, *words, "--help"], capture_output=True, text=True)
+    if ran.returncode == 0 or is_part and "a value is required" in ran.stderr:
+        return ""
+    placeholder = is_part and any(re.fullmatch("[A-Z]+|.*[.]{3}", word) for word in words)
+    return "" if placeholder and "invalid value" in ran.stderr else ran.stderr
+
+
+def spans(lines):
+    """The commands in the sentences and tables of a page, as words."""
+    text = re.sub(r"^```.*?^```", "", "\n".join(lines), flags=re.DOTALL | re.MULTILINE)
+    for span in re.findall(r"`mocap ([^`|]+)`", re.sub(r"^    .*", "", text, flags=re.MULTILINE)):
+        if not span.startswith("COMMAND"):
+            yield shlex.split(span)
 
 
 def picture_blocks(page):
@@ -86,7 +158,6 @@ def draw(page):
             print(f"skipped {page.relative_to(ROOT)}: PYTHON names no Python with the packages of the example")
             continue
         with tempfile.TemporaryDirectory() as folder:
-            Path(folder, "job.json").write_text('{"source": {"inputs": ["walk.bvh"]}, "write": {"output": "walk.glb"}}')
             Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
             place = Path(folder) if page.parent == ROOT / "docs" else Path(folder, page.parent.relative_to(ROOT))
             place.mkdir(parents=True, exist_ok=True)
@@ -116,35 +187,83 @@ def keep(folder):
                 shutil.copyfile(Path(folder, picture.name), picture)
 
 
+def prepare(page, folder, lines):
+    """Puts the files that a page names into the folder."""
+    name = str(page.relative_to(ROOT))
+    files = README_FILES if page in README_PAGES else FILES
+    is_guide = page.parent == ROOT / "docs" and page not in README_PAGES
+    files = files | GUIDE_FILES | PAGE_FILES.get(name, {}) if is_guide else files
+    for file, fixture in files.items():
+        path = Path(folder, file)
+        if name in PAGE_TAKES and path.parent.name == "takes":
+            continue
+        path.parent.mkdir(exist_ok=True)
+        shutil.copyfile(ROOT / "fixtures" / fixture, path)
+    Path(folder, "bones.json").write_text('{"bones": {"leftHand": "LeftHand", "leftEye": null}}')
+    Path(folder, "job.json").write_text('{"source": {"inputs": ["walk.bvh"]}, "write": {"output": "walk.glb"}}')
+    Path(folder, "sticks.csv").write_text("seconds,left_x,left_y\n0,0,1\n2.5,1,0\n4,0,0\n")
+    Path(folder, "weights.json").write_text("{}")
+    Path(folder, "resources").mkdir()
+    Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
+    Path(folder, "takes").mkdir(exist_ok=True)
+    Path(folder, "takes/mocap.toml").write_text('person = "Ada"\n')
+    for clip, part in PAGE_TAKES.get(name, {}).items():
+        subprocess.run([MOCAP, *JUMPS.format(part, clip).split()], cwd=folder, capture_output=True, check=True)
+    text = "\n".join(line for _, line in commands(lines))
+    for file, command in MADE.items() if is_guide else ():
+        if re.search(rf"(?<![\w.-]){file}", text) and not Path(folder, file).exists():
+            subprocess.run([MOCAP, *command.split()], cwd=folder, capture_output=True, check=True)
+
+
 def main(pages):
-    passed = failed = 0
+    passed = failed = parsed = 0
+    unneeded = set(MISSING)
     pictures = "--pictures" in pages
     pages = [name for name in pages if name != "--pictures"]
-    guide = [*GUIDE_PAGES, *sorted((ROOT / "docs/how-to").glob("*.md"))]
-    for page in [*README_PAGES, ROOT / "fixtures/README.md", *guide]:
+    guide = [page for page in sorted((ROOT / "docs").glob("*.md")) if page not in README_PAGES]
+    how_to = sorted((ROOT / "docs/how-to").glob("*.md"))
+    for page in [*README_PAGES, ROOT / "fixtures/README.md", *how_to, *guide]:
         if pages and not any(name in str(page.relative_to(ROOT)) for name in pages):
             continue
+        lines = page.read_text().splitlines()
+        for words in spans(lines):
+            parsed += 1
+            if fault := misuse(words, is_part=True):
+                failed += 1
+                print(f"FAILED {page.name}: `mocap {shlex.join(words)}`\n{fault}")
+        if not any(commands(lines)):
+            continue
         with tempfile.TemporaryDirectory() as folder:
-            files = README_FILES if page in README_PAGES else FILES
-            for name, fixture in files.items():
-                path = Path(folder, name)
-                path.parent.mkdir(exist_ok=True)
-                shutil.copyfile(ROOT / "fixtures" / fixture, path)
-            Path(folder, "bones.json").write_text('{"bones": {"leftHand": "LeftHand", "leftEye": null}}')
-            Path(folder, "job.json").write_text('{"source": {"inputs": ["walk.bvh"]}, "write": {"output": "walk.glb"}}')
-            Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
-            lines = page.read_text().splitlines()
+            prepare(page, folder, lines)
+            given = {str(path.relative_to(folder)) for path in Path(folder).glob("*.*")}
             for number, line in commands(lines):
-                words = shlex.split(line, comments=True)[1:]
+                words = words_of(line, folder)
+                named = [file for file in MISSING if file in line]
+                if words[0] in WAITS or named:
+                    parsed += 1
+                    unneeded -= set(named)
+                    reason = f"no file {named[0]}, {MISSING[named[0]]}" if named else "waits for another program"
+                    print(f"not run, {reason}: {page.name}: {line.strip()}")
+                    if fault := misuse(words):
+                        failed += 1
+                        print(f"FAILED {page.name}: {line.strip()}\n{fault}")
+                    continue
                 if words[0] == "view" and "-o" not in words:
                     words += ["-o", "view.html"]
-                writes = words[0] == "convert" and "--print-job" not in words
+                writes = words[0] == "convert" and "-o" not in words and "--print-job" not in words
                 output = words[words.index("-o") + 1] if "-o" in words else words[2] if writes else "."
+                if "--shard" in words and Path(output).suffix:
+                    output = f"{Path(output).stem}.{words[words.index('--shard') + 1].replace('/', '-of-')}{Path(output).suffix}"
+                # The reader's folder has no such file yet.
+                if output in given and words.count(output) == 1:
+                    Path(folder, output).unlink()
+                    given.remove(output)
+                code = int(re.search(r"# exit code (\d)|$", line)[1] or 0)
                 # A command can be run again, and replaces its own output.
-                for _ in range(2):
+                for _ in range(1 if page in guide and page not in GUIDE_PAGES else 2):
                     ran = subprocess.run([MOCAP, *words], cwd=folder, capture_output=True, text=True)
                     missing = [wanted for wanted in printed(lines[number + 1 :]) if wanted not in ran.stdout]
-                    if ran.returncode == 0 and Path(folder, output).exists() and not missing:
+                    if ran.returncode == code and Path(folder, output).exists() and not missing:
                         passed += 1
                     else:
                         failed += 1
@@ -160,6 +279,10 @@ def main(pages):
         if not pages or any(name in str(page.relative_to(ROOT)) for name in pages):
             drawn = draw(page)
             passed, failed = passed + drawn[0], failed + drawn[1]
+    if unneeded and not pages:
+        failed += 1
+        print(f"FAILED: no page names {', '.join(sorted(unneeded))}")
+    print(f"{parsed} commands parsed, but not run")
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0
 
