@@ -97,10 +97,10 @@ WAITS = ("record", "play", "bridge", "mcp")
 
 def printed(after):
     """The lines of the block ```text after a command; the command must print each of them."""
-    after = after[after[:1] == ["```"] :]
-    if after[1:2] != ["```text"]:
+    start = next((number for number, line in enumerate(after) if line not in ("", "```")), len(after))
+    if after[start : start + 1] != ["```text"]:
         return []
-    return after[2 : after.index("```", 2)]
+    return after[start + 1 : after.index("```", start)]
 
 
 def commands(lines):
@@ -217,79 +217,99 @@ def prepare(page, folder, lines):
             subprocess.run([MOCAP, *command.split()], cwd=folder, capture_output=True, check=True)
 
 
-def main(pages):
+def output_of(words):
+    """The file or folder that a command writes; the working folder if it writes none."""
+    if "-o" not in words:
+        return words[2] if words[0] == "convert" and "--print-job" not in words else "."
+    output = Path(words[words.index("-o") + 1])
+    if "--shard" in words and output.suffix:
+        shard = words[words.index("--shard") + 1].replace("/", "-of-")
+        return f"{output.stem}.{shard}{output.suffix}"
+    return str(output)
+
+
+def reason_to_parse(words, line):
+    """Why a command does not run; None if it runs."""
+    if words[0] in WAITS:
+        return "waits for another program"
+    missing = [file for file in MISSING if file in line]
+    return f"no file {missing[0]}, {MISSING[missing[0]]}" if missing else None
+
+
+def run(words, line, after, folder):
+    """Runs a command. Returns what is wrong: the exit code, the output file, or the printed lines."""
+    code = int(re.search(r"# exit code (\d)|$", line)[1] or 0)
+    ran = subprocess.run([MOCAP, *words], cwd=folder, capture_output=True, text=True)
+    missing = [f"not printed: {wanted}\n" for wanted in printed(after) if wanted not in ran.stdout]
+    if ran.returncode == code and Path(folder, output_of(words)).exists() and not missing:
+        return ""
+    return f"exit code {ran.returncode}\n{ran.stderr}" + "".join(missing)
+
+
+def check(page, folder, is_run):
+    """Parses the commands of a page, and runs each twice if `is_run`. Returns for each command whether it ran, and what is
+    wrong."""
+    lines = page.read_text().splitlines()
+    for words in spans(lines):
+        yield f"`mocap {shlex.join(words)}`", False, misuse(words, is_part=True)
+    # The program reads weights when it parses a command.
+    Path(folder, "weights.json").write_text("{}")
+    if is_run:
+        prepare(page, folder, lines)
+    given = {str(path.relative_to(folder)) for path in Path(folder).glob("*.*")}
+    for number, line in commands(lines):
+        words = words_of(line, folder)
+        reason = reason_to_parse(words, line)
+        if reason or not is_run:
+            if is_run:
+                print(f"not run, {reason}: {page.name}: {line.strip()}")
+            yield line.strip(), False, misuse(words, folder)
+            continue
+        if words[0] == "view" and "-o" not in words:
+            words += ["-o", "view.html"]
+        # The reader's folder has no such file yet.
+        if output_of(words) in given and words.count(output_of(words)) == 1:
+            Path(folder, output_of(words)).unlink()
+            given.remove(output_of(words))
+        # A command can be run again, and replaces its own output.
+        for _ in range(2):
+            yield line.strip(), True, run(words, line, lines[number + 1 :], folder)
+
+
+def main(options):
     passed = failed = parsed = 0
-    unneeded = set(MISSING)
-    pictures = "--pictures" in pages
-    is_whole = "--all" in pages
-    pages = [name for name in pages if not name.startswith("--")]
+    pictures = "--pictures" in options
+    names = [name for name in options if not name.startswith("--")]
+
+    def is_wanted(page):
+        return not names or any(name in str(page.relative_to(ROOT)) for name in names)
+
     guide = [page for page in sorted((ROOT / "docs").glob("*.md")) if page not in README_PAGES]
     how_to = sorted((ROOT / "docs/how-to").glob("*.md"))
-    for page in [*README_PAGES, ROOT / "fixtures/README.md", *how_to, *guide]:
-        if pages and not any(name in str(page.relative_to(ROOT)) for name in pages):
-            continue
-        lines = page.read_text().splitlines()
-        for words in spans(lines):
-            parsed += 1
-            if fault := misuse(words, is_part=True):
-                failed += 1
-                print(f"FAILED {page.name}: `mocap {shlex.join(words)}`\n{fault}")
-        if not any(commands(lines)):
-            continue
-        is_run = pages or is_whole or page in GUIDE_PAGES or page not in guide
+    pages = [*README_PAGES, ROOT / "fixtures/README.md", *how_to, *guide]
+    for page in filter(is_wanted, pages):
+        is_run = names or "--all" in options or page in GUIDE_PAGES or page not in guide
         with tempfile.TemporaryDirectory() as folder:
-            # The program reads weights when it parses a command.
-            Path(folder, "weights.json").write_text("{}")
-            if is_run:
-                prepare(page, folder, lines)
-            given = {str(path.relative_to(folder)) for path in Path(folder).glob("*.*")}
-            for number, line in commands(lines):
-                words = words_of(line, folder)
-                named = [file for file in MISSING if file in line]
-                unneeded -= set(named)
-                if words[0] in WAITS or named or not is_run:
-                    parsed += 1
-                    reason = f"no file {named[0]}, {MISSING[named[0]]}" if named else "waits for another program"
-                    if is_run:
-                        print(f"not run, {reason}: {page.name}: {line.strip()}")
-                    if fault := misuse(words, folder):
-                        failed += 1
-                        print(f"FAILED {page.name}: {line.strip()}\n{fault}")
-                    continue
-                if words[0] == "view" and "-o" not in words:
-                    words += ["-o", "view.html"]
-                writes = words[0] == "convert" and "-o" not in words and "--print-job" not in words
-                output = words[words.index("-o") + 1] if "-o" in words else words[2] if writes else "."
-                if "--shard" in words and Path(output).suffix:
-                    output = f"{Path(output).stem}.{words[words.index('--shard') + 1].replace('/', '-of-')}{Path(output).suffix}"
-                # The reader's folder has no such file yet.
-                if output in given and words.count(output) == 1:
-                    Path(folder, output).unlink()
-                    given.remove(output)
-                code = int(re.search(r"# exit code (\d)|$", line)[1] or 0)
-                # A command can be run again, and replaces its own output.
-                for _ in range(1 if page in guide and page not in GUIDE_PAGES else 2):
-                    ran = subprocess.run([MOCAP, *words], cwd=folder, capture_output=True, text=True)
-                    missing = [wanted for wanted in printed(lines[number + 1 :]) if wanted not in ran.stdout]
-                    if ran.returncode == code and Path(folder, output).exists() and not missing:
-                        passed += 1
-                    else:
-                        failed += 1
-                        print(f"FAILED {page.name}: {line.strip()}: exit code {ran.returncode}\n{ran.stderr}")
-                        print("".join(f"not printed: {wanted}\n" for wanted in missing), end="")
+            for command, ran, fault in check(page, folder, is_run):
+                if fault:
+                    print(f"FAILED {page.name}: {command}: {fault}")
+                failed += bool(fault)
+                passed += ran and not fault
+                parsed += not ran
             if pictures:
                 keep(folder)
                 if page.name == "rokoko-into-blender.md" and "BLENDER_PYTHON" in os.environ:
                     picture = ROOT / "docs/how-to/rokoko-in-blender.jpg"
                     script = [ROOT / "tools/how-to/blender.py", Path(folder, "hero_take.fbx"), picture]
                     subprocess.run([os.environ["BLENDER_PYTHON"].split()[0], *script], check=True, capture_output=True)
-    for page in [*sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/learned/README.md"] if pictures else []:
-        if not pages or any(name in str(page.relative_to(ROOT)) for name in pages):
-            drawn = draw(page)
-            passed, failed = passed + drawn[0], failed + drawn[1]
-    if unneeded and not pages:
-        failed += 1
-        print(f"FAILED: no page names {', '.join(sorted(unneeded))}")
+    for page in filter(is_wanted, [*sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/learned/README.md"] if pictures else []):
+        drawn = draw(page)
+        passed, failed = passed + drawn[0], failed + drawn[1]
+    texts = [page.read_text() for page in pages]
+    for file in MISSING:
+        if not any(file in text for text in texts):
+            failed += 1
+            print(f"FAILED: no page names {file}")
     print(f"{parsed} commands parsed, but not run")
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed + parsed else 0
