@@ -211,8 +211,10 @@ fn carry(scene: &Scene, moved: &[(NodeId, Option<NodeId>)], ids: &[NodeId], anim
         });
     }
     let mut animation = Animation {
+        name: animation.name.clone(),
+        ticks_per_second: animation.ticks_per_second,
+        duration: animation.duration,
         channels,
-        ..animation.clone()
     };
     animation.sort_channels();
     animation

@@ -1,25 +1,27 @@
 //! Writes the clips of a scene into the original file. All elements except animations stay unchanged.
 //!
 //! A joint of the scene is a model of the file, with other axes and another unit. A constant transform converts between
-//! the two, and the rest poses of both determine it. After writing, the file is read again and compared with the scene.
-//! If the file cannot take the clips, the writer makes a new file from the scene.
+//! the two, and the rest poses of both determine it. The writer first writes a short part of each clip, reads this file
+//! again, and compares it with the scene. If the file cannot take the clips, the writer makes a new file from the
+//! scene.
 
 mod edits;
+mod excerpt;
 mod pivots;
 mod text;
 mod tree;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
-use std::path::Path;
 
 use glam::{DMat3, DMat4, DVec3};
 use mocap_scene::files::FBX_HEAD;
-use mocap_scene::pose::{Binding, Pose, Trs};
+use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, FbxOriginal, Keys, Mesh, Node, NodeId, RotationOrder, Scene, UpAxis};
 use ufbx::LoadOpts;
 
 use self::edits::{Edits, OF_ANIMATIONS};
+use self::excerpt::Excerpt;
 use self::pivots::{Pivots, rotation};
 use self::tree::{RawElement, RawFile};
 use super::blend_shapes::{WrittenTarget, write_curves};
@@ -30,10 +32,10 @@ use super::skeleton::Placed;
 use super::space::Space;
 use super::time::Rate;
 use super::{FbxOptions, FbxReport, animation};
+use crate::ReadOptions;
 use crate::fbx::matrix::matrix;
 use crate::fbx::read;
 use crate::provenance::Provenance;
-use crate::{ReadOptions, Source};
 
 /// The largest distance of a model from its joint, in metres or relative to the distance from the origin: several
 /// roundings to single precision.
@@ -66,61 +68,86 @@ pub(super) fn write(
     if options.error_bound.is_some() && models.pivots.iter().any(|pivots| !pivots.are_none()) {
         return Err("its joints have pivots, for which mocap cannot guarantee an error bound".to_owned());
     }
-    let objects = file.section("Objects").ok_or("it has no objects")?;
-    let last = objects.children.iter().filter_map(RawElement::id).max();
-    let mut document = Document::after(last.unwrap_or_default());
-    let mut report = FbxReport {
-        bones: models.placed.len(),
-        is_kept: true,
-        vertices: scene.meshes.iter().map(|mesh| mesh.vertices.len()).sum(),
-        ..FbxReport::default()
-    };
-    let mut names = Names::default();
-    if original.keeps_clips {
-        let own = plain.anim_stacks.iter();
-        own.for_each(|stack| drop(names.unique(&stack.element.name, "Take")));
-    }
-    let in_file = models.scene(scene);
-    let space = Space::new(1.0, UpAxis::Y, UpAxis::Y);
-    let clips = animation::write(
-        &in_file,
-        &space,
-        &models.placed,
+    let kept = Kept {
+        original,
         options,
-        &mut names,
-        &mut document,
-        &mut report,
-    )
-    .map_err(|error| error.to_string())?;
-    let targets = targets(&scene.meshes, &plain);
-    write_curves(&targets, &clips.layers, &mut document, &mut report);
-    let removed: HashSet<i64> = match original.keeps_clips {
-        true => HashSet::new(),
-        false => {
-            let gone = objects
-                .children
-                .iter()
-                .filter(|object| OF_ANIMATIONS.contains(&object.name));
-            gone.filter_map(RawElement::id).collect()
+        file,
+        plain,
+        models,
+    };
+    // Reading all clips again would need several times their memory.
+    let excerpt = Excerpt::of(scene);
+    excerpt.compare(&kept.with_clips(&excerpt.scene)?.0)?;
+    kept.with_clips(scene)
+}
+
+/// The original file, and the models of the joints in it.
+struct Kept<'a> {
+    original: &'a FbxOriginal,
+    options: &'a FbxOptions,
+    file: RawFile<'a>,
+    plain: ufbx::SceneRoot,
+    models: Models,
+}
+
+impl Kept<'_> {
+    /// The bytes of the file with the clips of `scene`.
+    fn with_clips(&self, scene: &Scene) -> Result<(Vec<u8>, FbxReport), String> {
+        let (file, plain, models, options) = (&self.file, &self.plain, &self.models, self.options);
+        let objects = file.section("Objects").ok_or("it has no objects")?;
+        let last = objects.children.iter().filter_map(RawElement::id).max();
+        let mut document = Document::after(last.unwrap_or_default());
+        let mut report = FbxReport {
+            bones: models.placed.len(),
+            is_kept: true,
+            vertices: scene.meshes.iter().map(|mesh| mesh.vertices.len()).sum(),
+            ..FbxReport::default()
+        };
+        let mut names = Names::default();
+        if self.original.keeps_clips {
+            let own = plain.anim_stacks.iter();
+            own.for_each(|stack| drop(names.unique(&stack.element.name, "Take")));
         }
-    };
-    let rate = Rate::of(scene, options).map_err(|error| error.to_string())?;
-    // Keep the rate of the file for the remaining clips, unless the new clips have a higher rate.
-    let is_faster = plain.settings.frames_per_second >= rate.frames_per_second();
-    let rate = (!(original.keeps_clips && is_faster)).then_some(rate);
-    let provenance = Provenance::in_file(scene, &crate::fbx::FORMAT);
-    let edits = Edits {
-        provenance: serde_json::to_string(&provenance).unwrap_or_default(),
-        active: clips.ends.first().map(|(name, _)| name.clone()),
-        rate,
-        removed,
-        clips: &clips.ends,
-    };
-    let sections = edits.sections(&file, document);
-    let bytes = encode::kept(sections, file.version, file.footer).map_err(|error| error.to_string())?;
-    report.bytes = bytes.len();
-    models.compare(scene, &bytes, clips.ends.len())?;
-    Ok((bytes, report))
+        let space = Space::new(1.0, UpAxis::Y, UpAxis::Y);
+        let clips = animation::write(
+            &models.scene(scene),
+            &space,
+            &models.placed,
+            options,
+            &mut names,
+            &mut document,
+            &mut report,
+        )
+        .map_err(|error| error.to_string())?;
+        let targets = targets(&scene.meshes, plain);
+        write_curves(&targets, &clips.layers, &mut document, &mut report);
+        let removed: HashSet<i64> = match self.original.keeps_clips {
+            true => HashSet::new(),
+            false => {
+                let gone = objects
+                    .children
+                    .iter()
+                    .filter(|object| OF_ANIMATIONS.contains(&object.name));
+                gone.filter_map(RawElement::id).collect()
+            }
+        };
+        let rate = Rate::of(scene, options).map_err(|error| error.to_string())?;
+        // Keep the rate of the file for the remaining clips, unless the new clips have a higher rate.
+        let is_faster = plain.settings.frames_per_second >= rate.frames_per_second();
+        let rate = (!(self.original.keeps_clips && is_faster)).then_some(rate);
+        let provenance = Provenance::in_file(scene, &crate::fbx::FORMAT);
+        let edits = Edits {
+            provenance: serde_json::to_string(&provenance).unwrap_or_default(),
+            active: clips.ends.first().map(|(name, _)| name.clone()),
+            rate,
+            removed,
+            clips: &clips.ends,
+        };
+        let sections = edits.sections(file, document);
+        let bytes = encode::kept(sections, file.version, file.footer).map_err(|error| error.to_string())?;
+        report.bytes = bytes.len();
+        Ok((bytes, report))
+    }
 }
 
 fn load(bytes: &[u8], without_meshes: bool) -> Result<ufbx::SceneRoot, String> {
@@ -253,8 +280,10 @@ impl Models {
             is_model.then(|| self.channel(scene, node, &clip.channels[channel]))
         });
         Animation {
+            name: clip.name.clone(),
+            ticks_per_second: clip.ticks_per_second,
+            duration: clip.duration,
             channels: channels.collect(),
-            ..clip.clone()
         }
     }
 
@@ -299,42 +328,6 @@ impl Models {
             rotation_keys: Keys::at_ticks(rotations, ticks.clone()),
             scaling_keys: keys(scales, placed.scale),
         }
-    }
-
-    /// Reads the new file and compares joints with the scene at some times.
-    fn compare(&self, scene: &Scene, bytes: &[u8], clips: usize) -> Result<(), String> {
-        /// The number of compared times per clip.
-        const MOMENTS: usize = 8;
-        let options = ReadOptions {
-            without_meshes: true,
-            ..ReadOptions::default()
-        };
-        let source = Source::of_bytes(bytes, Path::new("output.fbx"));
-        let again = read::read(&source, &options).map_err(|error| error.to_string())?;
-        if again.nodes.len() != scene.nodes.len() || again.animations.len() < clips {
-            return Err("reading the file again gives other clips".to_owned());
-        }
-        for (index, clip) in scene.animations.iter().enumerate() {
-            let other = &again.animations[index];
-            for moment in 0..=MOMENTS {
-                let seconds = clip.duration / clip.ticks_per_second * moment as f64 / MOMENTS as f64;
-                let poses = [(scene, clip), (&again, other)].map(|(scene, clip)| {
-                    Pose::at_tick(scene, index, (seconds * clip.ticks_per_second).min(clip.duration))
-                });
-                let [Some(ours), Some(theirs)] = poses else { continue };
-                for node in 0..scene.nodes.len() {
-                    let [a, b] = [&ours, &theirs].map(|pose| pose.position(NodeId::new(node)));
-                    // A clip with another frame rate is sampled between keys, so allow 10 times the error.
-                    if f64::from(a.distance(b)) > 10.0 * SAME * f64::from(1.0 + a.length()) {
-                        return Err(format!(
-                            "reading the file again gives another position of \"{}\"",
-                            scene.nodes[node].name
-                        ));
-                    }
-                }
-            }
-        }
-        Ok(())
     }
 }
 
