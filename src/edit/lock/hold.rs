@@ -118,7 +118,7 @@ impl Hold {
         let floor = |frame: usize| floor - shifts[frame].dot(up);
         self.hinges
             .iter_mut()
-            .for_each(|hinge| hinge.land_softly(up, floor, radius));
+            .for_each(|hinge| hinge.land_softly(floor, radius));
     }
 
     /// The depth of the whole foot below its resting level. It is the least depth of the points, but at least the depth

@@ -139,8 +139,9 @@ pub(super) struct Hinge {
     node: NodeId,
     pivot: NodeId,
     ankle: NodeId,
-    /// For each frame: the rotation of the pivot, its position, and the offset from the pivot to the point.
-    seen: Vec<(Quat, Vec3, Vec3)>,
+    /// For each frame: the direction up and the offset from the pivot to the point, both in the space of the pivot, and
+    /// the height of the pivot.
+    seen: Vec<(Vec3, Vec3, f32)>,
     /// The axis in the space of the pivot, summed over all frames.
     axis: Vec3,
     /// The angle of the rotation in each frame.
@@ -164,19 +165,19 @@ impl Hinge {
         let (here, point) = (pose.position(self.pivot), pose.position(self.node));
         // The axis is more certain if the foot is flatter. Its projection on the ground is then longer, so it gets a
         // larger weight.
-        self.axis += rotation.inverse() * (point - pose.position(self.ankle)).cross(up);
-        self.seen.push((rotation, here, point - here));
+        let to_pivot = rotation.inverse();
+        self.axis += to_pivot * (point - pose.position(self.ankle)).cross(up);
+        self.seen.push((to_pivot * up, to_pivot * (point - here), here.dot(up)));
     }
 
     /// Computes smooth angles that keep the point above `floor`, a height for each frame.
-    pub(super) fn land_softly(&mut self, up: Vec3, floor: impl Fn(usize) -> f32, radius: usize) {
+    pub(super) fn land_softly(&mut self, floor: impl Fn(usize) -> f32, radius: usize) {
         let Some(axis) = self.axis.try_normalize() else { return };
-        let needed = |(frame, (rotation, here, offset)): (usize, &(Quat, Vec3, Vec3))| {
-            let axis = rotation * axis;
+        let needed = |(frame, (up, offset, height)): (usize, &(Vec3, Vec3, f32))| {
             let along = offset.project_onto_normalized(axis);
             let across = offset - along;
-            let wanted = floor(frame) - (here + along).dot(up);
-            least_angle([across.dot(up), axis.cross(across).dot(up)], wanted)
+            let wanted = floor(frame) - (height + along.dot(*up));
+            least_angle([across.dot(*up), axis.cross(across).dot(*up)], wanted)
         };
         let needed: Vec<f32> = self.seen.iter().enumerate().map(needed).collect();
         self.angles = envelope(&needed, radius);
