@@ -6,6 +6,7 @@ use std::iter::successors;
 
 use glam::Vec3;
 use mocap_figure::HumanoidBone;
+use mocap_figure::names::node_named;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::ik::{ChainOptions, Goal};
 use mocap_scene::pose::Pose;
@@ -15,7 +16,7 @@ use super::StepInput;
 use super::body::{and_below, any_figure_of, body_of};
 use super::frames::Frames;
 use super::limb::{Limb, LimbChain};
-use super::target::{ReachTarget, TargetJoint, is_below, node_named};
+use super::target::{ReachTarget, TargetJoint, is_below};
 
 /// The joints that rotate, and the tip that moves to the target.
 pub(super) struct Chain {

@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 use mocap_figure::axes::{angle_about, bend_axis};
 use mocap_figure::body::Body;
+use mocap_figure::names::node_named;
 use mocap_figure::{HumanoidBone as Bone, Side};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::ik::{hinge_rotations, plane_normal, seen_hinge};
@@ -13,7 +14,6 @@ use serde::{Deserialize, Serialize};
 
 use super::frames::Frames;
 use super::inertia::ease;
-use super::target::node_named;
 
 /// A limb, which is named by the hand or the foot at its end.
 ///

@@ -5,6 +5,7 @@ use std::fmt;
 use glam::Vec3;
 use mocap_figure::Humanoid;
 use mocap_figure::convert::TimeRange;
+use mocap_figure::names::node_named;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{not_negative, positive};
 use mocap_scene::math::quaternion::{exp, log, log_without_branches};
@@ -18,7 +19,6 @@ use super::frames::{Frames, between};
 use super::layer_part::LayerPart;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
-use super::target::node_named;
 use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 

@@ -6,7 +6,8 @@ use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
 use mocap_figure::HumanoidBone;
-use mocap_scene::error::{Code, Diagnostic, Result, nearest};
+use mocap_figure::names::node_named;
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
 
@@ -104,31 +105,4 @@ fn point(at: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
 pub(super) fn is_below(scene: &Scene, node: NodeId, ancestor: NodeId) -> bool {
     let parent = |node: &NodeId| scene.nodes[node.index()].parent;
     std::iter::successors(parent(&node), parent).any(|above| above == ancestor)
-}
-
-/// The node with the name `name`, or the joint of the bone with this name.
-pub(super) fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone) -> Option<NodeId>) -> Result<NodeId> {
-    let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
-    let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);
-    let bone = || {
-        HumanoidBone::ALL
-            .iter()
-            .find(|bone| plain(bone.as_str()) == plain(name))
-    };
-    if let Some(node) = of_name.or_else(|| joint(*bone()?)) {
-        return Ok(node);
-    }
-    let unknown = match bone() {
-        Some(bone) => format!("no joint has the bone {}", bone.as_str()),
-        None => format!("no node or bone is called {name:?}"),
-    };
-    let names = scene.nodes.iter().map(|node| node.name.as_str());
-    let bones = HumanoidBone::ALL.iter().filter(|bone| joint(**bone).is_some());
-    let bones = bones.map(|bone| bone.as_str());
-    let unknown = Diagnostic::new(Code::InvalidValue, unknown);
-    Err(match nearest(name, names.chain(bones)) {
-        Some(near) => unknown.help(format!("did you mean {near}?")),
-        None => unknown.help("`mocap skeleton FILE` prints the bones, `mocap dump FILE` every node"),
-    }
-    .into())
 }

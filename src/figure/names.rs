@@ -3,7 +3,8 @@
 
 pub mod words;
 
-use mocap_scene::scene::Side;
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
+use mocap_scene::scene::{HumanoidBone, NodeId, Scene, Side};
 
 use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
 
@@ -314,4 +315,31 @@ fn finger_of(joined: &str, words: &[String]) -> Option<FingerKind> {
     within
         .or_else(|| as_word().filter(|_| !is_of_trunk()))
         .map(|(finger, _)| *finger)
+}
+
+/// The node with the name `name`, or the joint of the bone with this name.
+pub fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone) -> Option<NodeId>) -> Result<NodeId> {
+    let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
+    let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);
+    let bone = || {
+        HumanoidBone::ALL
+            .iter()
+            .find(|bone| plain(bone.as_str()) == plain(name))
+    };
+    if let Some(node) = of_name.or_else(|| joint(*bone()?)) {
+        return Ok(node);
+    }
+    let unknown = match bone() {
+        Some(bone) => format!("no joint has the bone {}", bone.as_str()),
+        None => format!("no node or bone is called {name:?}"),
+    };
+    let names = scene.nodes.iter().map(|node| node.name.as_str());
+    let bones = HumanoidBone::ALL.iter().filter(|bone| joint(**bone).is_some());
+    let bones = bones.map(|bone| bone.as_str());
+    let unknown = Diagnostic::new(Code::InvalidValue, unknown);
+    Err(match nearest(name, names.chain(bones)) {
+        Some(near) => unknown.help(format!("did you mean {near}?")),
+        None => unknown.help("`mocap skeleton FILE` prints the bones, and `mocap dump FILE` prints every node"),
+    }
+    .into())
 }

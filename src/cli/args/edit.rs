@@ -25,7 +25,7 @@ pub(crate) struct EditArgs {
     /// Draw curves of the changed motion: .svg or .png. If the last step is an in-between, its keys are marked
     #[arg(long, value_name = "FILE", requires = "joint")]
     pub(crate) curves: Option<PathBuf>,
-    /// A joint to draw; repeatable
+    /// A joint to draw, by its name or its bone; repeatable
     #[arg(long, value_name = "NAME", requires = "curves")]
     pub(crate) joint: Vec<String>,
     /// Print what each step changed as JSON

@@ -171,7 +171,7 @@ pub(crate) struct PlotArgs {
     /// The motion file; - is standard input
     #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
-    /// The joint; repeatable
+    /// The joint, by its name or its bone, such as leftFoot; repeatable
     #[arg(long, value_name = "NAME", required = true)]
     pub(crate) joint: Vec<String>,
     #[command(flatten)]

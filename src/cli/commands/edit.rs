@@ -161,5 +161,9 @@ fn curves(args: &EditArgs, scene: &Scene, last: Option<&EditReport>) -> Result<D
     let options = PlotOptions::new().marked_frames(marked_frames);
     let name = short_name(&args.own.output);
     let clip = Clip { name: &name, scene };
-    Ok(Drawing::plot(&clip, &joints_named(scene, &args.joint)?, &options))
+    Ok(Drawing::plot(
+        &clip,
+        &joints_named(scene, &args.joint, &args.inputs[0])?,
+        &options,
+    ))
 }

@@ -2,13 +2,14 @@
 
 use mocap::Conversion;
 use mocap::edit::ContactOptions;
-use mocap::figure::{Figure, HumanoidMap};
+use mocap::figure::names::node_named;
+use mocap::figure::{Figure, Humanoid, HumanoidMap};
 use mocap::render::{Clip, Drawing, Page, PageClip, PlotOptions, SheetOptions};
 use mocap::scene::NodeId;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::errors::{invalid, to_python};
+use crate::errors::to_python;
 use crate::scene::Scene;
 
 /// The page that plays scenes side by side, each with its name. The page needs no other files.
@@ -64,15 +65,9 @@ impl Picture {
 #[pyfunction]
 pub(crate) fn plot(py: Python<'_>, scene: &Scene, name: &str, joints: Vec<String>, width: u32) -> PyResult<Picture> {
     let scene = scene.scene();
-    let find = |joint: &String| {
-        scene.find_node(joint).ok_or_else(|| {
-            let known: Vec<_> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
-            invalid(format!(
-                "no joint is called {joint:?}; the joints are {}",
-                known.join(", ")
-            ))
-        })
-    };
+    let humanoid = Humanoid::of(scene);
+    let find =
+        |joint: &String| node_named(scene, joint, |bone| humanoid.joint(bone)).map_err(|error| to_python(py, &error));
     let joints = joints.iter().map(find).collect::<PyResult<Vec<NodeId>>>()?;
     let options = PlotOptions::new().width(width);
     let drawing = py.detach(|| Drawing::plot(&Clip { name, scene }, &joints, &options));

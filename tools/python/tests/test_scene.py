@@ -120,7 +120,8 @@ def test_pictures(walk: Path, tmp_path: Path) -> None:
     assert width == 640
     scene.sheet(poses=3).save(tmp_path / "sheet.png")
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(mocap.OptionError, match="no joint is called \"LeftFot\"; the joints are Hips, "):
+    assert scene.plot("leftFoot").svg == scene.plot("LeftFoot").svg
+    with pytest.raises(mocap.OptionError, match="no node or bone is called \"LeftFot\""):
         scene.plot("LeftFot")
     with pytest.raises(mocap.OptionError, match="must end in .svg or .png"):
         curves.save(tmp_path / "a.jpg")

@@ -222,7 +222,7 @@ fn keys_are_marked_on_the_curves() {
         ];
         run(&[&arguments[..], joints].concat())
     };
-    let found = between(&curves, &["--joint", "LeftUpLeg"]);
+    let found = between(&curves, &["--joint", "leftUpperLeg"]);
     assert!(found.status.success(), "{}", words(&found));
     let picture = std::fs::read_to_string(&curves).unwrap();
     // Frames 0, 100, ... 500 and 522, on three curves of the position and three of the rotation.
@@ -230,7 +230,7 @@ fn keys_are_marked_on_the_curves() {
     let refused = between(&path("other.svg"), &["--joint", "Tail"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(
-        words(&refused).contains("no joint is called \"Tail\"; the joints are Hips,"),
+        words(&refused).contains("no node or bone is called \"Tail\""),
         "{}",
         words(&refused)
     );
