@@ -188,7 +188,7 @@ fn run_command() -> u8 {
             2
         }
         Err(Failure::Folder(folder, error)) => {
-            report::complain(&format!("{}: {error}", folder.display()));
+            report::error(&mocap::Error::io(&folder, error));
             1
         }
         Err(Failure::Told) => 1,

@@ -191,10 +191,12 @@ impl Error {
     pub fn io(path: &Path, source: io::Error) -> Self {
         let is_named = !path.as_os_str().is_empty();
         let is_missing = source.kind() == io::ErrorKind::NotFound && source.get_ref().is_none();
-        let message = match (is_named, is_missing) {
-            (false, _) => "the name of the file is empty".to_owned(),
-            (true, true) => "the file or folder does not exist".to_owned(),
-            (true, false) => source.to_string(),
+        let message = match source.kind() {
+            _ if !is_named => "the name of the file is empty".to_owned(),
+            _ if is_missing => "the file or folder does not exist".to_owned(),
+            io::ErrorKind::IsADirectory => "it is a folder, not a file".to_owned(),
+            io::ErrorKind::NotADirectory => "a part of the path is a file, not a folder".to_owned(),
+            _ => source.to_string(),
         };
         let help = match source.kind() {
             io::ErrorKind::NotFound if is_named => "check the name of the file and of its folder",

@@ -518,11 +518,18 @@ fn a_pose_file_is_not_selected() {
 }
 
 #[test]
-fn a_missing_folder_is_no_clip() {
-    Folder::with(&[]).refuses(
-        "survey nofolder",
+fn a_missing_file_or_folder_is_named() {
+    let folder = Folder::with(&["a.bvh"]);
+    for command in ["survey nothing", "run nothing", "plot nothing -o a.svg --joint Head"] {
+        folder.refuses(command, 1, "nothing: error[io]: the file or folder does not exist");
+    }
+    for command in ["run .", "sheet . -o a.png"] {
+        folder.refuses(command, 1, ".: error[io]: it is a folder, not a file");
+    }
+    folder.refuses(
+        "info a.bvh/walk.bvh",
         1,
-        "nofolder: error[io]: the file or folder does not exist",
+        "a.bvh/walk.bvh: error[io]: a part of the path is a file, not a folder",
     );
 }
 
