@@ -156,7 +156,8 @@ pub(crate) enum Command {
     Formats(FormatsArgs),
     /// Print missing features of this build and machine, and the commands that need them
     Doctor(DoctorArgs),
-    /// Run the job of a JSON file, as --print-job of convert, edit, clean, retarget, robot, survey and graph prints it
+    /// Run the job of a JSON file, as --print-job of convert, edit, clean, solve, retarget, robot, survey and graph
+    /// prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),

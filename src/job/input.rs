@@ -46,7 +46,7 @@ pub struct InputOptions {
     #[serde(skip_serializing_if = "is_default")]
     pub all_rows: bool,
     /// The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose
-    /// name is 3
+    /// name is 3. With all, a command for one motion uses the first
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,

@@ -321,7 +321,7 @@ impl<'a> Wording<'a> {
         Self {
             text: "the job",
             owner,
-            help: "mocap run prints the schema of jobs, which lists all options",
+            help: "docs/asking.md tells how to print the schema of jobs, which lists all options",
         }
     }
 }

@@ -11,7 +11,10 @@ export interface InputCallOptions {
    * file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
-  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
+  /**
+   * The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3.
+   * With all, a command for one motion uses the first.
+   */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   format?: Format;
@@ -627,7 +630,10 @@ export interface InputOptions {
    * file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic proportions, 1.70 m tall.
    */
   body?: string | null;
-  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
+  /**
+   * The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3.
+   * With all, a command for one motion uses the first.
+   */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   from?: Format | null;

@@ -42,7 +42,7 @@ def read(
             or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
             proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
-            animation whose name is 3.
+            animation whose name is 3. With all, a command for one motion uses the first.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24,
             coco17, h36m, mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
@@ -118,7 +118,7 @@ def read_bytes(
             or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
             proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
-            animation whose name is 3.
+            animation whose name is 3. With all, a command for one motion uses the first.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24,
             coco17, h36m, mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
@@ -306,7 +306,7 @@ def convert(
             or .pkl), or a file of any format with a figure. For arrays of a robot, FILE is the robot. Default: generic
             proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
-            animation whose name is 3.
+            animation whose name is 3. With all, a command for one motion uses the first.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24,
             coco17, h36m, mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
