@@ -133,7 +133,12 @@ pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f
 }
 
 /// Paints the shadows of the bones, in light from straight above.
-pub(super) fn paint_shadow(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
+pub(super) fn paint_shadow_of_bones(
+    drawing: &mut Drawing,
+    camera: &Camera,
+    figure: &DrawnClip<'_>,
+    positions: &[Vec3],
+) {
     let width = (1.4 * WIDEST_BONE * figure.reach * camera.scale).max(2.0);
     for link in &figure.links {
         let ends = [link.from, link.to].map(|node| camera.project(figure.ground_below(positions[node])));

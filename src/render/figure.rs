@@ -129,6 +129,8 @@ pub struct DrawnClip<'a> {
     pub root: usize,
     /// The left and the right thigh.
     thighs: Option<(NodeId, NodeId)>,
+    /// The first tick of the motion, after a rest pose.
+    pub(super) first_tick: f64,
     to_stage: Quat,
     binding: Option<Binding>,
     pose: Pose,
@@ -176,6 +178,7 @@ impl<'a> DrawnClip<'a> {
             reach: 0.0,
             floor: f32::INFINITY,
             metres: known.metres(),
+            first_tick: f64::from(u8::from(known.survey.first_frame_is_rest_pose)),
             to_stage: turn_to_y_up(known.survey.up.value).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),
@@ -215,13 +218,14 @@ impl<'a> DrawnClip<'a> {
         }
     }
 
-    /// `count` ticks from the first to the last, evenly spaced. Fewer if the clip has fewer frames.
+    /// `count` ticks of the motion from the first to the last, evenly spaced. Fewer if the motion has fewer frames.
     pub(super) fn ticks(&self, count: usize) -> Vec<f64> {
-        let duration = self.clip.animation().map_or(0.0, |animation| animation.duration);
+        let end = self.clip.animation().map_or(0.0, |animation| animation.duration);
+        let duration = (end - self.first_tick).max(0.0);
         let count = count.min(duration as usize + 1);
         let last = count.saturating_sub(1).max(1) as f64;
         (0..count)
-            .map(|index| (duration * index as f64 / last).round())
+            .map(|index| self.first_tick + (duration * index as f64 / last).round())
             .collect()
     }
 

@@ -4,11 +4,11 @@ use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::options::setters;
 
-use super::camera::{Camera, Extent, paint_shadow};
+use super::camera::{Camera, Extent};
 use super::drawing::{Anchor, Drawing};
 use super::figure::{Clip, DrawnClip, short};
 use super::palette::Palette;
-use super::surface::{has_colors, has_skin, paint_body};
+use super::surface::{Body, has_colors, has_skin};
 use super::theme;
 
 /// The options of a movie.
@@ -92,7 +92,10 @@ impl<'a> Movie<'a> {
             }
         }
         super::raster::check_size(options.width, options.height, Code::InvalidValue)?;
-        let pictures = clip.seconds() / options.speed * options.frames_per_second + 1.0;
+        let mut figure = DrawnClip::new(clip);
+        let per_second = clip.animation().map_or(1.0, |animation| animation.ticks_per_second);
+        let seconds = clip.seconds() - figure.first_tick / per_second;
+        let pictures = seconds / options.speed * options.frames_per_second + 1.0;
         if pictures > Self::MOST_PICTURES {
             return Err(Diagnostic::new(Code::LimitExceeded, "the movie has too many pictures")
                 .expected_found(
@@ -102,12 +105,10 @@ impl<'a> Movie<'a> {
                 .help("choose fewer pictures per second, or a higher speed")
                 .into());
         }
-        let per_second = clip.animation().map_or(1.0, |animation| animation.ticks_per_second);
         let ticks_per_picture = per_second * options.speed / options.frames_per_second;
         let ticks: Vec<f64> = (0..pictures as usize)
-            .map(|index| index as f64 * ticks_per_picture)
+            .map(|index| figure.first_tick + index as f64 * ticks_per_picture)
             .collect();
-        let mut figure = DrawnClip::new(clip);
         let roots: Vec<Vec3> = ticks
             .iter()
             .map(|&tick| {
@@ -146,8 +147,9 @@ impl<'a> Movie<'a> {
         let mut camera = self.camera;
         camera.target = self.targets[index];
         paint_ground(&mut drawing, &camera, &self.figure);
-        paint_shadow(&mut drawing, &camera, &self.figure, &positions);
-        paint_body(&mut drawing, &camera, &self.figure, &positions);
+        let body = Body::new(&self.figure, &positions);
+        body.paint_shadow(&mut drawing, &camera);
+        body.paint(&mut drawing, &camera);
         let per_second = self
             .figure
             .clip

@@ -3,11 +3,11 @@
 use glam::Vec3;
 use mocap_scene::options::setters;
 
-use super::camera::{Camera, Extent, paint_shadow};
+use super::camera::{Camera, Extent};
 use super::drawing::{Anchor, Drawing, Point};
 use super::figure::{Clip, DrawnClip, short};
 use super::raster::shortened;
-use super::surface::paint_body;
+use super::surface::Body;
 use super::theme;
 
 /// The options of a sheet.
@@ -45,8 +45,8 @@ const POSE_ASPECT: f32 = 1.35;
 
 impl Drawing {
     /// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses. The poses
-    /// are evenly spaced in time. Each pose has its time and the root's path on the floor. All poses of a row have the
-    /// same scale.
+    /// are evenly spaced in time. A rest pose in the first frame is left out. Each pose has its time and the root's
+    /// path on the floor. All poses of a row have the same scale.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -218,7 +218,8 @@ fn paint_poses(
             left + 0.5 * cell - extent.middle() * camera.scale,
             bottom + extent.bottom * camera.scale,
         ];
-        paint_shadow(drawing, &camera, figure, positions);
+        let body = Body::new(figure, positions);
+        body.paint_shadow(drawing, &camera);
         for piece in inside(
             path,
             &camera,
@@ -227,7 +228,7 @@ fn paint_poses(
         ) {
             drawing.line(piece, 1.2, theme::PATH);
         }
-        paint_body(drawing, &camera, figure, positions);
+        body.paint(drawing, &camera);
         let time = format!("{} s", short(tick / per_second));
         drawing.text(
             [left + 0.5 * cell, top + row - 8.0],

@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3};
 use mocap_scene::scene::{Mesh, Scene};
 
-use super::camera::{Camera, paint_figure};
+use super::camera::{Camera, paint_figure, paint_shadow_of_bones};
 use super::drawing::{Color, Drawing, Pixels, Point};
 use super::figure::{DrawnClip, skin_meshes};
 use super::theme;
@@ -132,23 +132,61 @@ impl Buffer {
     }
 }
 
-/// Paints the skin of a figure in its current pose, or its bones if it has no skin.
-pub(super) fn paint_body(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
-    match has_skin(figure.clip.scene) {
-        true => paint_skin(drawing, camera, figure),
-        false => paint_figure(drawing, camera, figure, positions),
+/// A figure in a pose: its skin, or its bones if it has no skin.
+pub(super) struct Body<'a> {
+    figure: &'a DrawnClip<'a>,
+    positions: &'a [Vec3],
+    /// The meshes of the skin, with their vertices.
+    skins: Vec<(&'a Mesh, Vec<Vec3>)>,
+}
+
+impl<'a> Body<'a> {
+    /// A figure in its current pose, in which its nodes have these positions.
+    pub(super) fn new(figure: &'a DrawnClip<'a>, positions: &'a [Vec3]) -> Self {
+        Self {
+            figure,
+            positions,
+            skins: figure.skins().collect(),
+        }
+    }
+
+    /// Paints the shadow on the ground, in light from straight above.
+    pub(super) fn paint_shadow(&self, drawing: &mut Drawing, camera: &Camera) {
+        if self.skins.is_empty() {
+            paint_shadow_of_bones(drawing, camera, self.figure, self.positions);
+            return;
+        }
+        let shadow = |position: Vec3| camera.project(self.figure.ground_below(position));
+        let points = self.skins.iter().flat_map(|(_, positions)| positions);
+        let Some(mut buffer) = Buffer::around(points.map(|position| shadow(*position)), drawing) else {
+            return;
+        };
+        for (mesh, positions) in &self.skins {
+            for face in mesh.faces() {
+                let corners = [face[0], face[1], face[2]].map(|vertex| shadow(positions[vertex as usize]));
+                buffer.fill(corners.map(|corner| (corner.into(), 0.0)), |_| Some(theme::SHADOW.rgb));
+            }
+        }
+        drawing.pixels(buffer.pixels());
+    }
+
+    /// Paints the figure.
+    pub(super) fn paint(&self, drawing: &mut Drawing, camera: &Camera) {
+        match self.skins.is_empty() {
+            true => paint_figure(drawing, camera, self.figure, self.positions),
+            false => paint_skin(drawing, camera, self.figure, &self.skins),
+        }
     }
 }
 
-fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
-    let meshes: Vec<(&Mesh, Vec<Vec3>)> = figure.skins().collect();
-    let points = meshes.iter().flat_map(|(_, positions)| positions);
+fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, skins: &[(&Mesh, Vec<Vec3>)]) {
+    let points = skins.iter().flat_map(|(_, positions)| positions);
     let Some(mut buffer) = Buffer::around(points.map(|position| camera.project(*position)), drawing) else {
         return;
     };
     let light = LIGHT.normalize();
     let greys: Vec<Color> = shades().collect();
-    for (mesh, positions) in &meshes {
+    for (mesh, positions) in skins {
         let paint = figure.images().paint(figure.clip.scene, mesh);
         for face in mesh.faces() {
             let corners = [face[0], face[1], face[2]].map(|vertex| positions[vertex as usize]);

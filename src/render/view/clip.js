@@ -23,7 +23,7 @@
 //                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order,
 //                        turns, moves, and the tracks translation, rotation, scale. A track has values (Float32Array)
 //                        of one tick (keys 1) or of every tick.
-//   firstTick            the first tick of the motion, after a rest pose; 0 if the file does not state it
+//   firstTick            the first tick of the motion, after a rest pose
 //   load(frame)          decodes the values of a frame, if necessary
 //   glb()                the bytes of a .glb, or a promise of them, or null
 //   source               null, or the original file: name, and bytes()

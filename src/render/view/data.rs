@@ -27,6 +27,7 @@ pub(super) struct Description {
     facts: String,
     frames: u64,
     ticks_per_second: f64,
+    first_tick: u8,
     metres_per_unit: f64,
     up: &'static str,
     size: Size,
@@ -169,6 +170,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (
         facts: clip.facts(),
         frames,
         ticks_per_second: clip.animation().map_or(1.0, |animation| animation.ticks_per_second),
+        first_tick: guesses.first_frame_is_rest_pose.into(),
         metres_per_unit: guesses.metres_per_unit,
         up: match guesses.up.value {
             UpAxis::Y => "+y",

@@ -113,7 +113,7 @@ export class Player {
   }
 
   // The time at which all clips have begun, after initial rest poses.
-  get start() { return Math.min(this.longest, ...this.state.clips.map((clip) => (clip.firstTick ?? 0) / clip.ticksPerSecond)); }
+  get start() { return Math.min(this.longest, ...this.state.clips.map((clip) => clip.firstTick / clip.ticksPerSecond)); }
 
   advance(seconds) {
     const { state, start } = this;

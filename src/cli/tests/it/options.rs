@@ -391,10 +391,16 @@ fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     // The file has 10 frames per second. From the third to the ninth frame, 5 frames per second give four frames.
     folder.succeeds("view lecture_Test.bvh -o part.html --trim 2f..8f --fps 5 --unit dm --up z");
     let page = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
-    let all = r#""frames":10,"ticksPerSecond":10.0,"metresPerUnit":1.0,"up":"+y""#;
+    let all = r#""frames":10,"ticksPerSecond":10.0,"firstTick":0,"metresPerUnit":1.0,"up":"+y""#;
     assert!(page("all.html").contains(all));
-    let part = r#""frames":4,"ticksPerSecond":5.0,"metresPerUnit":0.1,"up":"+z""#;
+    let part = r#""frames":4,"ticksPerSecond":5.0,"firstTick":0,"metresPerUnit":0.1,"up":"+z""#;
     assert!(page("part.html").contains(part));
+    // The first frame of this file is a T-pose.
+    folder.succeeds(&format!(
+        "view {} -o short.html",
+        at_root("fixtures/real/cmu_12_01_walk.bvh")
+    ));
+    assert!(page("short.html").contains(r#""firstTick":1,"#));
     std::fs::write(folder.path("wrong.json"), r#"{"bones": {"head": "Haed"}}"#).unwrap();
     let output = folder.run("view cmu_short.bvh -o new.html --map wrong.json");
     assert!(!output.status.success() && String::from_utf8(output.stderr).unwrap().contains("Haed"));

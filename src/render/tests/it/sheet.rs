@@ -51,11 +51,28 @@ fn a_skin_is_inside_the_picture() {
         scene: &scene,
     }];
     let drawing = Drawing::sheet(&clips, &SheetOptions::default().poses(1));
-    let skin = drawing.shapes.iter().find_map(|shape| match shape {
+    let pixels = drawing.shapes.iter().filter_map(|shape| match shape {
         Shape::Pixels(pixels) => Some(pixels),
         _ => None,
     });
-    let skin = skin.unwrap();
+    let [shadow, skin] = pixels.collect::<Vec<_>>().try_into().unwrap();
     assert!(skin.top > 0, "the skin begins at the top of the picture");
     assert!(skin.top + skin.height < drawing.height as usize);
+    // The light comes from straight above, so the shadow is as wide as the skin.
+    assert_eq!((shadow.left, shadow.width), (skin.left, skin.width));
+    assert!(shadow.top > skin.top && 3 * shadow.height < skin.height);
+}
+
+/// The first frame of this file is a T-pose, which is not part of the motion.
+#[test]
+fn a_sheet_begins_after_the_rest_pose() {
+    let scene = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let drawing = Drawing::sheet(&[Clip::new("walk", &scene)], &SheetOptions::default().poses(2));
+    let all = texts(&drawing);
+    let times: Vec<&str> = all
+        .iter()
+        .map(|(text, _)| &**text)
+        .filter(|text| text.ends_with(" s"))
+        .collect();
+    assert_eq!(times, ["4.36 s", "0.01 s", "4.36 s"]);
 }
