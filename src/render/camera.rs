@@ -60,10 +60,14 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// Includes the joints, the skin in the last pose, and their projections on the ground.
+    /// Includes the skin in the last pose, or the joints if there is no skin, and their projections on the ground.
+    /// Controls of a rig may be far from its skin.
     pub(super) fn include(&mut self, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
-        let skin = figure.skins().flat_map(|(_, vertices)| vertices);
-        for position in figure.shown(positions).chain(skin) {
+        let mut painted: Vec<Vec3> = figure.skins().flat_map(|(_, vertices)| vertices).collect();
+        if painted.is_empty() {
+            painted.extend(figure.shown(positions));
+        }
+        for position in painted {
             let shadow = camera.see(figure.ground_below(position));
             let seen = camera.see(position);
             self.left = self.left.min(seen.x);

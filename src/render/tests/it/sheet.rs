@@ -1,8 +1,11 @@
 //! Tests contact sheets: pictures with several poses of a clip in a row.
 
+use glam::{Mat4, Vec3};
+use mocap::scene::{Node, NodeId, Scene};
+
 use crate::drawing::{points, texts};
 use mocap::render::{Clip, Drawing, SheetOptions};
-use mocap_render::internals::Shape;
+use mocap_render::internals::{Pixels, Shape};
 
 #[test]
 fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
@@ -45,22 +48,33 @@ fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
 #[test]
 fn a_skin_is_inside_the_picture() {
     let importer = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Own);
-    let scene = importer.import("../../fixtures/characters/arnaud.fbx").unwrap();
-    let clips = [Clip {
-        name: "arnaud",
-        scene: &scene,
-    }];
-    let drawing = Drawing::sheet(&clips, &SheetOptions::default().poses(1));
-    let pixels = drawing.shapes.iter().filter_map(|shape| match shape {
-        Shape::Pixels(pixels) => Some(pixels),
-        _ => None,
-    });
-    let [shadow, skin] = pixels.collect::<Vec<_>>().try_into().unwrap();
+    let mut scene = importer.import("../../fixtures/characters/arnaud.fbx").unwrap();
+    let (height, [shadow, skin]) = pixels(&scene);
     assert!(skin.top > 0, "the skin begins at the top of the picture");
-    assert!(skin.top + skin.height < drawing.height as usize);
+    assert!(skin.top + skin.height < height);
     // The light comes from straight above, so the shadow is as wide as the skin.
     assert_eq!((shadow.left, shadow.width), (skin.left, skin.width));
     assert!(shadow.top > skin.top && 3 * shadow.height < skin.height);
+    // A control far from the skin does not make the picture of the skin smaller.
+    let control = Node {
+        name: "Control".to_owned(),
+        parent: Some(NodeId::new(0)),
+        transform: Mat4::from_translation(Vec3::splat(10.0)),
+        ..scene.nodes[0].clone()
+    };
+    scene.nodes.push(control);
+    assert_eq!(pixels(&scene).1[1].height, skin.height);
+}
+
+/// The height of a sheet with one pose, and the pixels of the shadow and of the skin.
+fn pixels(scene: &Scene) -> (usize, [Pixels; 2]) {
+    let drawing = Drawing::sheet(&[Clip::new("hero", scene)], &SheetOptions::default().poses(1));
+    let height = drawing.height as usize;
+    let pixels = drawing.shapes.into_iter().filter_map(|shape| match shape {
+        Shape::Pixels(pixels) => Some(pixels),
+        _ => None,
+    });
+    (height, pixels.collect::<Vec<_>>().try_into().ok().unwrap())
 }
 
 /// The first frame of this file is a T-pose, which is not part of the motion.
