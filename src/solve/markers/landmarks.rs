@@ -23,14 +23,15 @@ type Row = (&'static str, Bone, MarkerSite, &'static str);
 /// - the marker placement guides of Carnegie Mellon University (41 markers) and of Vicon's full-body Plug-in Gait
 /// - Helen Hayes (Kadaba 1990), the Istituto Ortopedico Rizzoli (Leardini 2007)
 /// - OpenSim's gait models, OptiTrack's Baseline, Conventional and Biomech sets (docs.optitrack.com)
+/// - the Animation and Sports sets of Qualisys Track Manager
 /// - Vicon's 53 markers of Blade and Shogun, the 47 of the Human Body Model (van den Bogert 2013)
 /// - OpenCap, whose labels end in `_study`
 /// - CGM2.3, whose clusters are `*THAP`, `*THAD`, `*TIAP` and `*TIAD` (pyCGM2's settings)
 const ROWS: &[Row] = &[
     ("*ASI", Bone::Hips, Hard, "*asi *fwt *asis waist*front *ias"),
     ("*PSI", Bone::Hips, Hard, "*psi *bwt *psis waist*back *ips"),
-    ("SACR", Bone::Hips, Hard, "sacr sacrum vsacral vsacrum"),
-    ("*ILC", Bone::Hips, Soft, "*ilc *iliaccrest"),
+    ("SACR", Bone::Hips, Hard, "sacr sacrum vsacral vsacrum waistback"),
+    ("*ILC", Bone::Hips, Soft, "*ilc *iliaccrest waist*"),
     ("MFWT", Bone::Hips, Soft, "mfwt waistcfront"),
     ("MBWT", Bone::Hips, Soft, "mbwt waistcback"),
     (
@@ -56,7 +57,7 @@ const ROWS: &[Row] = &[
         "*TH2",
         Bone::LeftUpperLeg,
         Soft,
-        "*th2 *thighfront f*thi *thigh2 *thap *thiap",
+        "*th2 *thighfront *thighfrontlow f*thi *thigh2 *thap *thiap",
     ),
     ("*TH3", Bone::LeftUpperLeg, Soft, "*th3 *thighrear *thigh3 *thad *thiad"),
     ("*TH4", Bone::LeftUpperLeg, Soft, "*th4"),
@@ -82,7 +83,7 @@ const ROWS: &[Row] = &[
         "*TB2",
         Bone::LeftLowerLeg,
         Soft,
-        "*tb2 *sk2 *shankfront *sh2 *tiap *tibap",
+        "*tb2 *sk2 *shankfront *shinfronthigh *sh2 *tiap *tibap",
     ),
     (
         "*TB3",
@@ -93,26 +94,36 @@ const ROWS: &[Row] = &[
     ("*TB4", Bone::LeftLowerLeg, Soft, "*tb4 *sk4"),
     ("*FHE", Bone::LeftLowerLeg, Hard, "*hf *fax"),
     ("*TTU", Bone::LeftLowerLeg, Hard, "*tt *ttc"),
-    ("*HEE", Bone::LeftFoot, Hard, "*hee *heel *ca *fcc *cal *hel *calc"),
-    ("*TOE", Bone::LeftFoot, Hard, "*toe *mt2 *sm *fm2 *smh"),
+    (
+        "*HEE",
+        Bone::LeftFoot,
+        Hard,
+        "*hee *heel *heelback *ca *fcc *cal *hel *calc",
+    ),
+    ("*TOE", Bone::LeftFoot, Hard, "*toe *mt2 *sm *fm2 *smh *forefoot2"),
     ("*TIP", Bone::LeftFoot, Soft, "*toetip *hallux"),
     (
         "*MT5",
         Bone::LeftFoot,
         Hard,
-        "*mt5 *toelat *toeout *vm *fm5 *vmh *5meta",
+        "*mt5 *toelat *toeout *vm *fm5 *vmh *5meta *forefoot5 *forefootout",
     ),
-    ("*MT1", Bone::LeftFoot, Hard, "*mt1 *toemed *toein *fm *fm1 *fmh"),
+    (
+        "*MT1",
+        Bone::LeftFoot,
+        Hard,
+        "*mt1 *toemed *toein *fm *fm1 *fmh *forefoot1 *forefootin",
+    ),
     ("*MFS", Bone::LeftFoot, Soft, "*midfootsup"),
     ("*MFL", Bone::LeftFoot, Soft, "*midfootlat"),
     ("C7", Bone::Chest, Hard, "c7 cv7 backtop spinetop"),
-    ("T2", Bone::Chest, Hard, "t2 tv2"),
+    ("T2", Bone::Chest, Hard, "t2 tv2 spinethoracic2"),
     ("T10", Bone::Chest, Hard, "t10 t8 tv10 tv8 tv7 mai spinethoracic12"),
     ("CLAV", Bone::Chest, Hard, "clav sjn ij jn sternum chesttop"),
     ("STRN", Bone::Chest, Hard, "strn sxs px xp chest chestlow"),
     ("XYPH", Bone::Chest, Hard, "xyph"),
-    ("RBAC", Bone::Chest, Soft, "rbac rbak rback backright"),
-    ("LBAC", Bone::Chest, Soft, "lbac lbak lback backleft"),
+    ("RBAC", Bone::Chest, Soft, "rbac rbak rback backright backr"),
+    ("LBAC", Bone::Chest, Soft, "lbac lbak lback backleft backl"),
     ("BBAC", Bone::Chest, Soft, "bbac"),
     ("NAVE", Bone::Spine, Soft, "nave navel"),
     (
@@ -127,7 +138,7 @@ const ROWS: &[Row] = &[
         "*UPA",
         Bone::LeftUpperArm,
         Soft,
-        "*upa *bicep *biceps *uarmhigh *upperarm *ua *delt",
+        "*upa *bicep *biceps *uarmhigh *upperarm *ua *delt *arm",
     ),
     (
         "*ELB",
@@ -154,7 +165,7 @@ const ROWS: &[Row] = &[
         Hard,
         "*wrb *wristmed *wristout *usp *wru *owr *mw *mwrist",
     ),
-    ("*FIN", Bone::LeftHand, Hard, "*fin *hl2 *handout *hm2 *ohand"),
+    ("*FIN", Bone::LeftHand, Hard, "*fin *hl2 *handout *hand2 *hm2 *ohand"),
     ("*HNI", Bone::LeftHand, Hard, "*handin *ihand"),
     ("*FHD", Bone::Head, Hard, "*fhd *temple head* *ah"),
     ("*BHD", Bone::Head, Hard, "*bhd *ph"),
@@ -180,6 +191,14 @@ const SETS: &[(&str, &str)] = &[
     (
         "OptiTrack's set",
         "waistlfront waistrfront waistlback waistrback lkneeout rkneeout lankleout rankleout",
+    ),
+    (
+        "Qualisys' animation set",
+        "waistlfront waistrfront lheelback rheelback lforefootin rforefootin lforefootout rforefootout larm rarm",
+    ),
+    (
+        "Qualisys' sports set",
+        "waistlfront waistrfront lheelback rheelback lforefoot2 rforefoot2 lforefoot5 rforefoot5 larm rarm",
     ),
     (
         "the set of the Istituto Rizzoli",

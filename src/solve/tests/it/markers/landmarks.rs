@@ -48,6 +48,20 @@ pub(super) const GUIDES: &[(&str, &str, usize)] = &[
          *ThighSide *KneeOut *Shin *AnkleOut *Heel *ToeOut *ToeIn *ToeTip",
         0,
     ),
+    (
+        "Qualisys' animation set",
+        "HeadL HeadTop HeadR HeadFront *ShoulderTop *ShoulderBack *Arm *ElbowOut *WristOut *WristIn *HandOut Chest \
+         SpineTop BackL BackR Waist*Front Waist*Back *Thigh *KneeOut *Shin *AnkleOut *HeelBack *ForefootOut *ToeTip \
+         *ForefootIn",
+        0,
+    ),
+    (
+        "Qualisys' sports set",
+        "HeadL HeadR HeadFront Chest SpineThoracic2 SpineThoracic12 *ShoulderTop *Arm *ElbowOut *ElbowIn *WristOut \
+         *WristIn *Hand2 Waist*Front Waist* WaistBack *ThighFrontLow *KneeOut *KneeIn *ShinFrontHigh *AnkleOut \
+         *HeelBack *Forefoot5 *Forefoot2",
+        0,
+    ),
     // This guide has a front and a back of the glenohumeral joint, which no other guide distinguishes.
     (
         "OptiTrack's biomechanical set",
