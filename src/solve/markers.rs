@@ -143,7 +143,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         .map_or(0.0, |animation| animation.ticks_per_second);
     let noise = noise::of(&take.tracks, rate);
     let mut steady = take.clone();
-    steady::steady(&mut steady.tracks, noise);
+    steady.tracks = steady::steady(&take.tracks, noise);
     let functional = match standing {
         None => functional::standing(&steady),
         Some(_) => None,

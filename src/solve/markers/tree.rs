@@ -5,6 +5,7 @@
 //! Algorithms, 2008, chapter 6). The cost of a factor is the sum of the squared depths of the blocks.
 
 use glam::{DMat3, DVec3};
+use mocap_scene::math::wide;
 
 /// The blocks of a tree. Children precede their parents, and the root is last.
 #[derive(Clone, Debug, Default)]
@@ -63,20 +64,7 @@ impl TreeMatrix {
 
     /// Replaces the matrix by its factor. The diagonal has the inverses of the factor's blocks.
     pub fn factor(&mut self, tree: &Tree) {
-        for (chain, &start) in std::iter::zip(&tree.chains, &tree.starts) {
-            let inverse = inverse_factor(&self.blocks[start]);
-            self.blocks[start] = inverse;
-            for level in 1..chain.len() {
-                self.blocks[start + level] *= inverse.transpose();
-            }
-            for low in 1..chain.len() {
-                let across = self.blocks[start + low].transpose();
-                for high in low..chain.len() {
-                    let less = self.blocks[start + high] * across;
-                    self.blocks[tree.starts[chain[low]] + high - low] -= less;
-                }
-            }
-        }
+        factor(&mut self.blocks, tree);
     }
 
     /// Solves the factor times y = `right` on the chain of a block, and leaves y in `right`. `right` has a value for
@@ -134,6 +122,28 @@ impl TreeMatrix {
             )
         };
         columns.iter().map(squares).sum()
+    }
+}
+
+wide::dispatch! {
+    /// Replaces a matrix by its factor.
+    fn factor(blocks: &mut [DMat3], tree: &Tree) {
+        for (chain, &start) in std::iter::zip(&tree.chains, &tree.starts) {
+            // The blocks of ancestors follow.
+            let (own, ancestors) = blocks.split_at_mut(start + chain.len());
+            let inverse = inverse_factor(&own[start]);
+            own[start] = inverse;
+            let own = &mut own[start + 1..];
+            let across = inverse.transpose();
+            own.iter_mut().for_each(|block| *block *= across);
+            for (low, above) in chain[1..].iter().enumerate() {
+                let across = own[low].transpose();
+                let first = tree.starts[*above] - start - chain.len();
+                for (less, high) in std::iter::zip(&mut ancestors[first..], &own[low..]) {
+                    *less -= *high * across;
+                }
+            }
+        }
     }
 }
 
