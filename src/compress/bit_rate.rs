@@ -35,8 +35,8 @@ pub fn select(
 }
 
 wide::dispatch! {
-    /// The keys on a lattice. `None` if the error of a key is above `tolerance`; but on the finest lattice, keys always
-    /// exist.
+    /// Returns the keys on a lattice, or `None` if the error of a key is above `tolerance`. On the finest lattice,
+    /// always returns keys.
     pub fn quantize(
         joint: &Compensation<'_>,
         lattice: Lattice,

@@ -25,15 +25,16 @@ const DISTORTION_OF_FINE: f32 = 18.0;
 /// room for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
 
-/// The largest allowed distance between the results of different decoders, as a fraction of the tolerance. Compensation
-/// cannot correct this distance, because each reader has another result.
+/// The largest allowed distance between the results of different decoders, as a fraction of the tolerance. A candidate
+/// with a larger distance is *ambiguous*. Compensation cannot correct this distance, because each reader has another
+/// result.
 const MAX_AMBIGUITY: f32 = 0.15;
 
-/// The additional cost of a candidate whose error equals the tolerance. For larger errors, the additional cost grows in
-/// proportion. A candidate within the tolerance has no additional cost.
+/// The additional cost of a candidate whose squared error is above [`MAX_SQUARED_ERROR`] is this number times the ratio
+/// of the error to the tolerance. Other candidates have no additional cost.
 const PENALTY: f32 = 1000.0;
 
-/// The dropped component of the rotation at each of several frames.
+/// The dropped component of the rotation at each of several frames: the quaternion component that a key does not store.
 pub(super) enum DroppedComponents {
     Same(usize),
     Each([usize; LANES]),
@@ -189,9 +190,9 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Appends the cheapest sequence of candidates. It ends before the first frame whose candidate is ambiguous or has
-    /// an error above the tolerance. All candidates are chosen before the first is decoded, so that they can be decoded
-    /// together. Returns the number of appended keys.
+    /// Appends the cheapest sequence of candidates. The sequence ends before the first frame whose candidate is
+    /// ambiguous or has an error above the tolerance. All candidates are chosen before the first is decoded, so that
+    /// they can be decoded together. Returns the number of appended keys.
     #[inline(always)]
     fn push_cheapest(&self, keys: &mut Vec<QuantizedRotation>) -> usize {
         let mut stored = [[0; 4]; LANES];
@@ -250,8 +251,8 @@ impl<'a> Candidates<'a> {
         trellis.cheapest()
     }
 
-    /// The cheapest candidate for the frame in `lane`, after the key `previous`. If it is ambiguous or has an error
-    /// above the tolerance, returns another lattice point near the target.
+    /// The cheapest candidate for the frame in `lane`, after the key `previous`. If this candidate is ambiguous or has
+    /// an error above the tolerance, returns another lattice point near the target.
     #[inline(always)]
     pub(super) fn best(&self, lane: usize, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let dropped = self.dropped.at(lane);

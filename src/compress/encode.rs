@@ -138,8 +138,8 @@ impl Encoder<'_> {
         }
     }
 
-    /// Whether a track with its own key frames is smaller than one with keys at all frames. Its times take bytes too.
-    /// `bytes` is the size of a key without its time.
+    /// Whether a track with its own key frames, including the key times, is smaller than a track with keys at all
+    /// frames. `bytes` is the size of a key without its time.
     fn is_smaller(&self, keys: usize, bytes: usize) -> bool {
         keys * (bytes + TIME_BYTES) < self.clip.frames() * bytes
     }

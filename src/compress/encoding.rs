@@ -48,7 +48,7 @@ pub trait Encoding {
         (tick / ticks_per_second) as f32
     }
 
-    /// How often a reader rounds a position to single precision. One of these roundings is in the computation of the
+    /// How often a reader rounds a position to single precision, including the rounding in the computation of the
     /// joint's position.
     fn roundings(&self) -> f64 {
         1.0

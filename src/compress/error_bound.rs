@@ -39,11 +39,11 @@ pub struct ErrorBound {
     pub max_error: f64,
     /// The radius of a shell around each joint and end site, in metres. Three points of the shell, along the axes of
     /// the joint, represent the skin and keep the bound of the joint too. ACL's default is 0.03. With 0, only joints
-    /// whose rotation moves no other joint have a shell, of 0.03 m, because no position would show an error of such a
-    /// rotation.
+    /// whose rotation moves no other joint have a shell, with a radius of 0.03 m. The positions of joints do not show
+    /// an error of such a rotation.
     pub shell_distance: f64,
-    /// The bounds of single joints and end sites, in metres, above 0, by their names in the scene. Each replaces
-    /// [`max_error`](Self::max_error) for its joint. If several nodes have the name, it applies to all of them.
+    /// The bounds of single joints and end sites, in metres, above 0, by their names in the scene. Each bound replaces
+    /// [`max_error`](Self::max_error) for its joint. If several nodes have the name, the bound applies to all of them.
     pub per_joint: BTreeMap<String, f64>,
 }
 
@@ -115,7 +115,7 @@ impl ErrorBound {
     /// The shell distance, checked to be finite and at least 0.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] if it is not.
+    /// [`Code::InvalidValue`] if the shell distance is negative or not finite.
     pub(super) fn checked_shell_distance(&self) -> Result<f32> {
         let distance = self.shell_distance as f32;
         if distance.is_finite() && distance >= 0.0 {

@@ -1,8 +1,8 @@
 //! Key frame reduction with fitted keys, for a track with its own key frames.
 //!
 //! A key need not equal the target at its frame: any value within the tolerance works. A line through two targets has
-//! its errors on one side of a curve. A line next to them has errors on both sides, and on a parabola it is longer by
-//! the square root of 2.
+//! errors on only one side of a curve. A line near the two targets has errors on both sides, and so spans more frames.
+//! On a parabola, it spans more by a factor of the square root of 2.
 //!
 //! The lines from a key that are within the tolerance at all frames so far form a cone. The cone gets narrower with
 //! each frame, and the line ends when the cone is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
@@ -73,8 +73,8 @@ pub trait Fit {
     /// The longest allowed displacement from one key to the next.
     fn longest(&self) -> f32;
 
-    /// The smallest change of a displacement that brings it within the tolerance at a frame. `target` is the
-    /// displacement to the target. `None` if it is within the tolerance already.
+    /// The smallest change of a displacement that brings the displacement within the tolerance at a frame. `target` is
+    /// the displacement to the target. `None` if the displacement is within the tolerance already.
     fn correction(&self, frame: usize, target: Vec3, displacement: Vec3) -> Option<Vec3>;
 
     fn is_within(&self, frame: usize, value: Self::Value) -> bool;
@@ -108,7 +108,8 @@ impl<'a> RotationFit<'a> {
     }
 }
 
-/// A displacement is a rotation vector in the axes of the joint at the key. So an even rotation is a straight line.
+/// A displacement is a rotation vector in the axes of the joint at the key. So a rotation at constant speed is a
+/// straight line.
 impl Fit for RotationFit<'_> {
     type Key = QuantizedRotation;
     type Value = Quat;

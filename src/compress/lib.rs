@@ -90,7 +90,7 @@ use self::refinement::Refinement;
 const CONSTANT_FRACTION: f32 = 0.2;
 
 /// The part of the bound that key frame reduction of the whole pose may use, if keys are stored in streams.
-/// Quantization uses the remainder; it needs less if rotations are stored with 16 or 32 bits.
+/// Quantization uses the rest of the bound. Rotations with 16 or 32 bits need less of it.
 const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
 
 /// The part of the bound that key frame reduction of the whole pose may use, if keys are stored as 32-bit numbers.

@@ -100,8 +100,8 @@ impl<'a> RawClip<'a> {
     /// has a shell, at 3 cm.
     ///
     /// # Errors
-    /// A value is not finite, or a scale is not constant and uniform. With such a scale, small errors of each joint's
-    /// rotation and translation do not keep the positions within the bound.
+    /// A value is not finite, or a scale is not constant and uniform. Under a scale that changes or is not uniform,
+    /// small errors of rotations and translations do not keep the positions within the bound.
     pub fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
         let joints = scene.nodes.len() * if shell_distance > 0.0 { 1 + SHELL_POINTS } else { 1 };
         check_values(animation.frame_count(), joints)?;
@@ -309,7 +309,8 @@ fn frame_ticks(animation: &Animation) -> Vec<f64> {
     ticks
 }
 
-/// The values of keys at `ticks`, borrowed if there is a key at each. `None` if there is no key.
+/// The values of the keys at `ticks`; `None` if there is no key. The values are borrowed if there is a key at each
+/// tick.
 fn sample<'a, T: Copy + PartialEq>(
     keys: &'a Keys<T>,
     ticks: &[f64],

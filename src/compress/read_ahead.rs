@@ -19,7 +19,8 @@ const CACHE_LINE: usize = 64;
 pub(super) struct FrameReader(usize);
 
 impl FrameReader {
-    /// If `frame` has not been read, calls `read` with it and the frames after it, at most up to `end`.
+    /// If `frame` has not been read, calls `read` with a range of frames. The range starts at `frame` and ends at `end`
+    /// at the latest.
     #[inline(always)]
     pub(super) fn reach(&mut self, frame: usize, end: usize, read: impl FnOnce(Range<usize>)) {
         if frame >= self.0 {

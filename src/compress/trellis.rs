@@ -18,8 +18,8 @@ pub const CORNERS: usize = 8;
 /// its group often need bits.
 const LOW_BYTE: f32 = 0.8;
 
-/// Pairs of a difference, and the additional bits above this difference. In the stream, differences from 1 to 2
-/// take 2 bits, differences from 2 to 8 take 4 bits, and larger differences take 8 bits.
+/// Pairs of a threshold and a number of bits. A difference above the threshold takes these additional bits. In the
+/// stream, a difference of 1 takes 2 bits, differences from 2 to 7 take 4 bits, and larger differences take 8 bits.
 const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
 
 /// Bits of the high byte. The high byte hardly ever changes, but a change costs bits for the whole group.
@@ -130,7 +130,7 @@ impl Trellis {
         self.before[lane] = from;
     }
 
-    /// Advances to a frame that is not stored as a difference.
+    /// Advances to a frame whose key is not stored as a difference.
     #[inline(always)]
     pub fn jump(&mut self, lane: usize, distortions: Lanes) {
         let (corner, cost) = least(self.costs);

@@ -18,9 +18,9 @@
 //!
 //! A bone is a vector from its near end to its far end, in the axes of the world. It rotates about its own axes, whose
 //! world rotation `C` comes from `axis`. With the rotation `M` of the motion, the rotation of the bone's node is `C M
-//! C^-1`, as matrices on column vectors. In the rest pose it is the identity. `C` and `M` rotate about the first named
-//! axis first: `XYZ` is `Rz Ry Rx`. A bone's node is at its near end, which is the far end of its parent. A bone
-//! without children has an end site at its far end.
+//! C^-1`, as matrices on column vectors. In the rest pose the rotation of the node is the identity. `C` and `M` rotate
+//! about the first named axis first: `XYZ` is `Rz Ry Rx`. A bone's node is at its near end, which is the far end of its
+//! parent. A bone without children has an end site at its far end.
 //!
 //! Lengths are in the file's unit.
 
@@ -53,7 +53,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 const HEADER: [&str; 3] = [":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"];
 
 fn sniff(bytes: &[u8]) -> bool {
-    /// Bytes in which the first word of a file must be, after its comments.
+    /// The number of bytes at the start of a file that must contain the first word after the comments.
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| begins_skeleton(&text) || begins_motion(&text))
 }

@@ -71,7 +71,7 @@ pub const FORMAT: FormatInfo = FormatInfo {
 
 /// A BVH file begins with `HIERARCHY`. Only comment lines may precede it.
 fn sniff(bytes: &[u8]) -> bool {
-    /// Bytes in which `HIERARCHY` must be, after comment lines.
+    /// The number of bytes at the start of a file that must contain `HIERARCHY` after comment lines.
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| {
         let mut cursor = Cursor::new(&text);

@@ -16,7 +16,7 @@ use crate::FormatInfo;
 /// The largest relative difference of equal frame rates: the rounding of a frame time with four digits.
 const SAME_RATE: f64 = 1e-4;
 
-/// If the distance of a time from a frame is at most this, in frames, both count as equal.
+/// The largest distance in frames between a time and a frame at which both count as equal.
 const AT_FRAME: f64 = 1e-3;
 
 /// The treatment of a kind of data in the files of a format.
@@ -169,8 +169,8 @@ pub struct LedgerOptions {
     pub sidecar: bool,
 }
 
-/// Whether the files of a format state a unit of length, as the format's row says. The writers use this function,
-/// because a writer that used the table of formats would link every reader.
+/// Whether the files of a format state a unit of length, as the format's row says. The writers use this function
+/// instead of the table of formats, because the table would link every reader.
 pub fn states_unit(format: Format) -> bool {
     !matches!(format, Format::Bvh | Format::AsfAmc | Format::Bip)
 }

@@ -1,11 +1,11 @@
-//! The table of formats to read and write.
+//! The table of the file formats: one row, a [`FormatInfo`], for each format.
 //!
 //! A new format needs a folder with its row, an entry in [`FormatInfo::ALL`], a feature, and fixtures with their
 //! origin. Every interface writes the formats whose row has `write`, and takes names, extensions and options from the
 //! row.
 //!
-//! A build without the feature of a format keeps its row, so that its files are recognised and the error names the
-//! feature. Such a build omits only the reader and the writer of the format.
+//! A build without the feature of a format keeps the format's row. So mocap recognises files of the format, and its
+//! error names the missing feature. Such a build omits only the reader and the writer of the format.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -171,7 +171,8 @@ pub struct FormatInfo {
     /// Whether a written file can have rotations in its rest pose. BVH has only OFFSETs.
     #[doc(hidden)]
     pub has_rest_rotations: bool,
-    /// Whether a file keeps shear in rest transforms: it has matrices, or only positions, or a rest pose of its own.
+    /// Whether a file keeps shear in rest transforms. It does so if it stores matrices, only positions, or a separate
+    /// rest pose.
     #[doc(hidden)]
     pub keeps_shear: bool,
     /// The contents of a file.
@@ -301,7 +302,7 @@ impl FormatInfo {
         FormatInfo::ALL.iter().find_map(|row| (row.provenance)(bytes))
     }
 
-    /// Reads a whole file. The stated length is checked against the limits, whatever the reader allows.
+    /// Reads a whole file. Also checks the length of the scene against the limits, whatever the reader checks.
     ///
     /// # Errors
     /// The errors of the reader, and [`Code::MissingFeature`] if this build omits the format.
@@ -333,8 +334,8 @@ impl FormatInfo {
         })
     }
 
-    /// The mesh option for reading a motion that is then written in this format. If the format stores meshes, the
-    /// meshes of the motion's file, otherwise a mesh that shows the skeleton.
+    /// The meshes to read with a motion that is then written in this format. A format with meshes gets the meshes of
+    /// the motion's file. Other formats get a mesh that shows the skeleton.
     #[doc(hidden)]
     pub fn mesh(&self, skeleton_only: bool) -> SkeletonMesh {
         match self.has_file_meshes {
@@ -351,20 +352,22 @@ impl FormatInfo {
     }
 }
 
-/// A large file that is read from start to end. A reader that needs most of it only once does not hold it in memory.
+/// A large file that a reader reads block by block from start to end. So the reader need not hold the whole file in
+/// memory.
 #[doc(hidden)]
 pub trait Blocks: Sync {
     /// Appends the next bytes of the file, and returns their number; 0 at the end.
     fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure>;
 
-    /// All bytes of the file, read again, for a reader that meets a part that it cannot read block by block.
+    /// Reads the file again and returns all its bytes. A reader calls this function if it cannot read a part block by
+    /// block.
     fn whole(&self) -> Result<&[u8], Failure>;
 
     /// The number of bytes in the file.
     fn size(&self) -> usize;
 }
 
-/// The input of a reader: the bytes of a file, and access to other files for formats that use several.
+/// The input of a reader: the bytes of a file, and access to its companion files.
 ///
 /// A reader opens no file itself. It uses these functions, so that the same code reads bytes from memory, and so that
 /// every file is checked against [`Limits::max_bytes`].
@@ -373,11 +376,12 @@ pub trait Blocks: Sync {
 pub struct Source<'a> {
     /// The whole file. With `blocks`, only its beginning.
     pub bytes: &'a [u8],
-    /// The bytes after `bytes`. Only formats that can use blocks get them.
+    /// The rest of the file, after `bytes`; `None` if the reader of the format does not use blocks.
     pub blocks: Option<&'a dyn Blocks>,
     /// The path of the file. [`Source::open`] and [`Source::list`] search its folder.
     pub name: &'a Path,
-    /// Called with bytes that were read, so that they are hashed while they are in the processor's caches.
+    /// The reader calls this function with the range of bytes that it has read. The bytes are then hashed while they
+    /// are in the processor's caches.
     pub release: &'a (dyn Fn(Range<usize>) + Sync),
     /// Reads a file to which this file refers. Fails if the bytes come from memory, unless the caller has named the
     /// file, for example with `Importer::skeleton`.
@@ -476,7 +480,7 @@ pub struct WriteOptions {
     /// The name of the file, without a folder. The extension distinguishes `.gltf` from `.glb`. Companion files are
     /// named after the file.
     pub name: String,
-    /// The largest distance of joints from their positions. Default: the default of the format.
+    /// The error bound. Default: the default of the format.
     pub error_bound: Option<ErrorBound>,
     /// The shell distance in metres, instead of the shell distance of the bound.
     pub shell_distance: Option<f64>,
@@ -490,19 +494,19 @@ pub struct WriteOptions {
     pub bvh: bvh::BvhOptions,
     /// The FBX options, except the largest error.
     pub fbx: fbx::FbxOptions,
-    /// The joint of each bone. Default: the joints are found.
+    /// The joint of each bone. Default: mocap finds the joints.
     pub humanoid: Option<Humanoid>,
-    /// The complete motion, which determines the T-pose. Default: the motion of the scene.
+    /// The complete motion, from which the writer determines the T-pose. Default: the motion of the scene.
     pub whole: Option<Box<Scene>>,
 }
 
 impl WriteOptions {
-    /// The bound with its shell; `None` if none was requested.
+    /// The error bound with its shell distance; `None` if the caller requested no bound.
     pub(crate) fn bound(&self) -> Option<ErrorBound> {
         Some(self.with_shell(self.error_bound.clone()?))
     }
 
-    /// The bound, or the usual bound if none was requested.
+    /// The error bound, or the default bound of 1 mm if the caller requested no bound.
     pub(crate) fn bound_or_usual(&self) -> ErrorBound {
         self.with_shell(self.error_bound.clone().unwrap_or_default())
     }
@@ -519,7 +523,7 @@ impl WriteOptions {
     }
 }
 
-/// The help if a file states no valid frame rate.
+/// The help text for a file that states no valid frame rate.
 pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: {retime} 30";
 
 impl ReadOptions {

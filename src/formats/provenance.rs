@@ -90,8 +90,8 @@ impl Provenance {
         }
     }
 
-    /// The provenance of one animation of `scene`. If the scene has several animations, the provenance states which one
-    /// this is.
+    /// The provenance of one animation of `scene`. If the scene has several animations, the provenance states the index
+    /// of this animation.
     pub fn of_clip(scene: &Scene, index: usize) -> Self {
         let mut provenance = Self::of_animation(scene, scene.animations.get(index));
         if scene.animations.len() > 1 {
@@ -108,8 +108,8 @@ impl Provenance {
         provenance
     }
 
-    /// The provenance of an animation in the file from which its scene was read. The file itself shows which animation
-    /// it is.
+    /// The provenance of an animation in the file from which its scene was read. The provenance states no index,
+    /// because the animation itself contains the provenance.
     pub(crate) fn of_kept(scene: &Scene, index: usize, format: &FormatInfo) -> Self {
         Self {
             losses: format.losses(scene, LedgerOptions::default()),

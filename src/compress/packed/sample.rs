@@ -27,7 +27,7 @@ struct Key {
 
 impl PackedClip<'_> {
     /// Writes the pose at `tick` to `pose`: every node's transform relative to its parent. Ticks out of range are
-    /// clamped. Between two keys translations are interpolated linearly, and rotations component by component. Nodes
+    /// clamped. Translations between two keys are interpolated linearly, and rotations component by component. Nodes
     /// beyond the end of `pose` are skipped.
     pub fn sample(&self, tick: f64, pose: &mut [Trs]) {
         let count = pose.len().min(self.rest.len());

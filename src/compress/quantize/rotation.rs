@@ -1,5 +1,5 @@
-//! Rotations as 32-bit floats, as 16-bit integers, as the QUATERNION filter of meshopt stores them, or as points of the
-//! same lattice, decoded without rounding.
+//! Rotations as 32-bit floats, as 16-bit integers, or as points of a lattice. Lattice points are decoded as the
+//! QUATERNION filter of meshopt decodes them, or without its rounding.
 //!
 //! The filter stores the three smaller components of a quaternion ("smallest three"), each as an integer of 4 to 16
 //! bits, and the index of the dropped component. Its formula is in EXT_meshopt_compression, appendix B:
@@ -114,8 +114,8 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     }
 }
 
-/// The component of a quaternion that the QUATERNION filter drops: the largest one. While the other components fit, the
-/// choice of the previous key stays, because another choice makes the differences to that key large.
+/// The component of a quaternion that the QUATERNION filter drops: usually the largest one. If the other components
+/// fit, the dropped component of the previous key stays. Another choice would make the differences to that key large.
 pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
     /// The largest stored component of a unit quaternion. It is slightly below the square root of 1/2, 0.707, so that
     /// candidates next to the nearest one fit.
@@ -144,8 +144,8 @@ pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub struct Lattice {
-    /// The largest integer of a component. It represents the square root of 1/2. Its two lowest bits are set: the
-    /// fourth stored integer has the dropped component in their place.
+    /// The largest integer of a component. It represents the square root of 1/2. Its two lowest bits are set. In the
+    /// fourth stored integer, the index of the dropped component replaces these two bits.
     max: i32,
     /// Whether a reader rounds its decoded values to 16-bit integers, as readers of the filter do.
     rounds: bool,

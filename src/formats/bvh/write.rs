@@ -52,15 +52,15 @@ impl BvhOptions {
     ///
     /// # Errors
     /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, if a value is not finite or a
-    /// quaternion is not a rotation. Also if the scene has no nodes.
+    /// quaternion is not a rotation. The same code, without a joint, if the scene has no nodes.
     pub fn write(&self, scene: &Scene) -> Result<Vec<u8>> {
         Ok(ExportFile::of_parts("", build::text(scene, self)?.0).into_bytes())
     }
 }
 
 impl BvhOptions {
-    /// A warning if joint positions in the file will deviate, because BVH has no scales and the position channels may
-    /// not store them. The warning states the largest distance.
+    /// A warning if joint positions in the file will deviate from the scene, because BVH has no channels for scales.
+    /// The warning states the largest distance.
     ///
     /// # Errors
     /// The errors of [`BvhOptions::write`](crate::bvh::BvhOptions::write).

@@ -208,8 +208,8 @@ impl Character {
         })
     }
 
-    /// Applies face tracks to an animation of a scene that was made from this character: to the morph targets of its
-    /// meshes, and to its eyes.
+    /// Applies face tracks to an animation of a scene that was made from this character. The tracks move the morph
+    /// targets of the character's meshes and its eyes.
     #[doc(hidden)]
     pub fn set_face(&self, scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
         if tracks.is_empty() || self.targets.is_empty() {
@@ -237,8 +237,9 @@ impl Character {
         }
     }
 
-    /// The face parts that an output shows if the file itself is not written. The first list has the parts that
-    /// [`Self::set_face`] shows. The second list has the parts that it shows without their effect on materials.
+    /// The face parts that an output shows if the character's file is not written. The first list has the parts that
+    /// [`Self::set_face`] shows. The second list has the parts that [`Self::set_face`] shows without their effect on
+    /// materials.
     #[doc(hidden)]
     pub fn shown_faces<'a>(&self, faces: &[&'a Face]) -> (Vec<&'a Face>, Vec<&'a Face>) {
         let face = self.face();

@@ -151,8 +151,8 @@ impl<'a> File<'a> {
         provenance_in(self.root.animations.get(animation)?.extras.as_ref())
     }
 
-    /// The name of a node in the scene from which the file was written. In files of other programs, the name of the
-    /// node.
+    /// The name of a node in the scene from which this crate wrote the file. In files of other programs: the name of
+    /// the node in the file.
     #[doc(hidden)]
     pub fn source_name(&self, node: usize) -> String {
         let node = &self.root.nodes[node];
@@ -160,7 +160,7 @@ impl<'a> File<'a> {
         source_name.or(node.name.as_deref()).unwrap_or_default().to_owned()
     }
 
-    /// The bones that VRM requires and the file does not state.
+    /// The bones that VRM requires, but that the file does not state.
     #[doc(hidden)]
     pub fn missing_bones(&self) -> Vec<&'static str> {
         humanoid::missing(&self.root.extensions)
@@ -236,7 +236,7 @@ impl<'a> File<'a> {
         accessors::numbers(&self.root, &self.bytes, accessor, 16, "").ok()
     }
 
-    /// The nodes of the default scene, parents before children. In a file without scenes, all nodes.
+    /// The nodes of the default scene, or all nodes of a file without scenes. Parents come before children.
     ///
     /// # Errors
     /// A node has two parents or is its own ancestor, or the file has more nodes or levels than the limits allow.
@@ -323,7 +323,7 @@ impl<'a> File<'a> {
                     .expected_found("a last row of 0 0 0 1", format!("{}", matrix.row(3)))
                     .into());
             }
-            // In double precision: for axes with shear, rounding would choose between two rotations.
+            // In double precision: with shear in the axes, rounding would choose between two rotations.
             let (scale, rotation, translation) = matrix.as_dmat4().to_scale_rotation_translation();
             let (scale, translation) = (scale.as_vec3(), translation.as_vec3());
             return Ok(Transform {
@@ -372,7 +372,7 @@ pub(super) fn own_extras(extras: Option<&serde_json::Value>) -> serde_json::Valu
 
 /// The provenance that this crate wrote into the extras of an object.
 fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
-    // Parsed from text, so that the program has one reader of provenance instead of two.
+    // Parsed from text, because all other provenance is also read from text.
     serde_json::from_str(&extras?.get("mocap")?.to_string()).ok()
 }
 

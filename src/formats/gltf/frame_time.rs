@@ -31,7 +31,8 @@ const MOST_FRAMES_PER_SECOND: f64 = 240.0;
 /// The distance in seconds between keys above which the keys are not frames.
 const SPARSE: f64 = 0.1;
 
-/// A frame time that this crate has written at `pointer`. 0 means none, because the scene had no motion.
+/// Checks a frame time that this crate has written at `pointer`. The time 0 means that the scene had no motion; the
+/// result is then `None`.
 pub(super) fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, Failure> {
     if time == 0.0 {
         return Ok(None);
@@ -83,8 +84,8 @@ pub(super) fn fits(step: f64, tracks: &[Track]) -> bool {
     end <= 0.0 || end >= step * (1.0 - ROUNDING)
 }
 
-/// The frame time in seconds of an animation that does not state it. If only morph targets move, their keys determine
-/// it.
+/// The frame time in seconds of an animation in a file that states no frame time. If only morph targets move, the keys
+/// of their weights determine the frame time.
 pub(super) fn find_frame_time(tracks: &[Track], weights: &[&mut Keys<f32>]) -> f64 {
     let of_joints = tracks.iter().map(|track| track.key_times().to_vec());
     let times: Vec<Vec<f32>> = match tracks.is_empty() {

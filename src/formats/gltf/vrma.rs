@@ -107,7 +107,7 @@ const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
 /// The smallest deviation of a body part in degrees that is reported.
 const WORTH_A_WORD: f32 = 1.0;
 
-/// A sentence about characters without optional bones, if body parts would deviate: a player drops the rotations of
+/// A sentence about characters without optional bones, if body parts would deviate. A player drops the rotations of
 /// missing bones.
 fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
@@ -150,8 +150,8 @@ fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     Some((angles.iter().copied().fold(0.0, f32::max), mean))
 }
 
-/// The document, its report and its notes. Also the data that a player of the document loses, and the joint data that
-/// the document lacks. `whole` is the complete motion, which determines the T-pose.
+/// Returns the document, its report and its notes. Also returns the data that a player of the document loses, and the
+/// joint data that the document lacks. `whole` is the complete motion, which determines the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,

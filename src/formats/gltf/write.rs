@@ -265,7 +265,7 @@ impl GltfReport {
 
 /// The source joints that a VRM animation lacks, as a sentence.
 fn left_out(joints: &[String]) -> Option<String> {
-    /// The largest number of joints in a note.
+    /// The largest number of joints that a note names.
     const MOST: usize = 8;
     let (shown, more) = joints.split_at(joints.len().min(MOST));
     let more = match more.len() {
@@ -276,8 +276,8 @@ fn left_out(joints: &[String]) -> Option<String> {
     (!joints.is_empty()).then(|| format!("joints: {names}{more} dropped, because they are not VRM bones"))
 }
 
-/// The files of this format: `.gltf` if the name has that extension, otherwise `.glb`. A scene that was read from a
-/// file with meshes is written into that file.
+/// The files of this format: `.gltf` if the name has that extension, otherwise `.glb`. If the scene was read from a
+/// file with meshes, the result is that file with the motion of the scene.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let gltf = GltfOptions::of(options);
     if let Some(original) = &scene.original {

@@ -9,8 +9,8 @@ use super::motion::{Motion, Track};
 use super::skeleton::{Bone, ChannelKind, Skeleton, turn};
 use crate::ReadOptions;
 
-/// The frame rate in frames per second of CMU's captures, from which nearly all Acclaim files come. The files do not
-/// state it.
+/// The frame rate in frames per second of CMU's captures, from which nearly all Acclaim files come. The files state no
+/// frame rate.
 const CMU_FRAME_RATE: f64 = 120.0;
 
 /// The factor `:units length` of CMU's skeletons. Lengths divided by this factor are in inches, by the notes of CMU's

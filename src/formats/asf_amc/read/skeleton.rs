@@ -17,7 +17,7 @@ use crate::text::{Word, decode_name, quote};
 pub(super) enum ChannelKind {
     Translation(usize),
     Rotation(usize),
-    /// The length of the bone. Programs disagree about its meaning, so it is not used.
+    /// The length of the bone. Programs disagree about the meaning of this channel, so mocap ignores its values.
     Length,
 }
 

@@ -68,8 +68,8 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     /// The fraction of the OFFSET's length that counts as near zero. The real files whose positions must be added are
     /// below 0.0101, all others above 0.3.
     const NEAR_ZERO: f32 = 0.02;
-    /// The same fraction for the height in the median frame. It is larger than `NEAR_ZERO`, because a walking pelvis
-    /// rises and sinks.
+    /// The fraction of the OFFSET's length that counts as near zero for the height in the median frame. It is larger
+    /// than `NEAR_ZERO`, because a walking pelvis rises and sinks.
     const NEAR_FLOOR: f32 = 0.05;
 
     /// A moving pelvis rarely gets this far along the OFFSET, as a fraction of the OFFSET's length.

@@ -1,9 +1,9 @@
 //! Reads the rows of the MOTION section as blocks of columns.
 //!
 //! In nearly every file a row is a line. [`Block::read_plain_row`] reads such rows fast. [`segments`] reads many of
-//! them with several threads, or without holding the text in memory. At the first other line, [`layout`] scans the rest
-//! of the text once to find the layout of the rows. Afterwards the careful path reads the lines that the fast path
-//! cannot.
+//! them with several threads, or without holding the text in memory. At the first line that is not a plain row,
+//! [`layout`] scans the rest of the text once to find the layout of the rows. Afterwards the careful path reads the
+//! lines that the fast path cannot.
 
 #[doc(hidden)]
 pub(crate) mod block;

@@ -32,7 +32,7 @@ pub(super) fn push_single(text: &mut String, value: f32, digits: Option<usize>) 
     }
 }
 
-/// The values with the fewest decimals that `accepts` accepts. The unrounded values are tried last. `None` if it
+/// The values with the fewest decimals that `accepts` accepts. The unrounded values are tried last. `None` if `accepts`
 /// accepts no values.
 pub fn shortest<const N: usize>(values: [f64; N], accepts: impl Fn([f64; N]) -> bool) -> Option<[f64; N]> {
     roundings(values).find(|rounded| accepts(*rounded))

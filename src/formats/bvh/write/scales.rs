@@ -5,7 +5,8 @@ use mocap_scene::scene::{Animation, Channel};
 
 use super::motion::Motion;
 
-/// The largest difference between equal scales, as a fraction: rest transforms are decomposed matrices.
+/// The largest difference, as a fraction, between scales that count as equal. Rest transforms are decomposed matrices,
+/// so their scales have rounding errors.
 pub(super) const SAME_SCALE: f32 = 1e-5;
 
 /// The position of each node relative to its parent in every frame, for nodes without scales and with unchanged

@@ -50,7 +50,7 @@ const SEGMENTS: [(&str, Bone, &[&str]); 19] = [
     ("r_hand", RightHand, &["r_larm"]),
 ];
 
-/// The first segments, without which there is no body.
+/// The segments that a body must have.
 const LEAST: [&str; 7] = ["pelvis", "l_thigh", "l_shank", "l_foot", "r_thigh", "r_shank", "r_foot"];
 
 /// The ending of the labels.

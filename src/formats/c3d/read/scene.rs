@@ -153,7 +153,7 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
 /// The reason for +Z up if the file does not state the up axis.
 const UP_IS_OPEN: &str = "the file states no up axis; capture systems have +Z up";
 
-/// The up axis is the screen's y axis, if the file states it.
+/// The up axis: the y axis of the screen if the file states it, otherwise +Z.
 pub(super) fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
     match parameters.text("POINT", "Y_SCREEN") {
         Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN states it"),

@@ -244,8 +244,8 @@ impl Clip<'_, '_, '_> {
     }
 
     /// Adds the curves of a track if it leaves the rest pose, or in any case with `all`. Returns whether curves were
-    /// added. All three axes get a curve, because the importer built into Blender 5.0 ignores a rotation without one of
-    /// them.
+    /// added. All three axes get a curve, because the importer built into Blender 5.0 ignores a rotation that lacks a
+    /// curve.
     fn write(&mut self, model: Id, track: &Track, all: bool) -> Result<bool> {
         // Compare in single precision.
         let is_rest = |axis: usize| {

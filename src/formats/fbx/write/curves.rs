@@ -89,7 +89,7 @@ impl Encoding for Curves {
         clip.size()
     }
 
-    /// FBX stores times as integers. Their resolution is so fine that ticks represent them.
+    /// FBX stores times as integers of a very fine resolution. So the tick itself represents the time.
     fn time(&self, tick: f64, _ticks_per_second: f64) -> f32 {
         tick as f32
     }

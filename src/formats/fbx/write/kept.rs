@@ -1,9 +1,9 @@
 //! Writes the clips of a scene into the original file. All elements except animations stay unchanged.
 //!
-//! A joint of the scene is a model of the file, with other axes and another unit. A constant transform converts between
-//! the two, and the rest poses of both determine it. The writer first writes a short part of each clip, reads this file
-//! again, and compares it with the scene. If the file cannot take the clips, the writer makes a new file from the
-//! scene.
+//! A joint of the scene is a model of the file, with other axes and another unit. A constant transform, which follows
+//! from both rest poses, converts between the joint and the model. The writer first writes a short part of each clip,
+//! reads this file again, and compares it with the scene. If the file cannot take the clips, the writer makes a new
+//! file from the scene.
 
 mod edits;
 mod excerpt;

@@ -19,7 +19,7 @@ pub(super) struct Rate(f64);
 
 impl Rate {
     /// The rate of the fastest clip, because a file has only one rate. A reader that samples at this rate misses no key
-    /// of clips whose rate divides it.
+    /// of clips whose rate divides this rate.
     pub(super) fn of(scene: &Scene, options: &FbxOptions) -> Result<Self> {
         let rates = scene.animations.iter().map(|animation| animation.ticks_per_second);
         Self::new(rates.max_by(f64::total_cmp).unwrap_or(POSE_FRAME_RATE), options)

@@ -116,7 +116,7 @@ fn own_rotation(bone: Bone, of: &dyn Fn(Bone) -> Option<DQuat>) -> Option<DQuat>
     }
 }
 
-/// The value of one of our columns in a frame, in degrees.
+/// The value of the column with OpenSim's usual `name` in a frame, in degrees.
 fn angle(columns: &Columns, name: &str, frame: usize, knees: f64) -> Option<f64> {
     let of = |name: &str| Some(columns.column(name)?[frame]);
     let alias = || {

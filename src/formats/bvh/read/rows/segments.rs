@@ -23,7 +23,7 @@ pub(super) struct Read {
     /// The offset after the last row that was read.
     pub(super) end: usize,
     pub(super) last_row: Vec<f64>,
-    /// Whether only spaces follow.
+    /// Whether only spaces follow the rows.
     pub(super) is_all: bool,
 }
 
@@ -151,7 +151,7 @@ pub(super) fn read<F: Frames>(
     Ok(read)
 }
 
-/// Poisoned only if a thread panics, which would be a defect of this module.
+/// Locks a mutex. A mutex is poisoned only if a thread panics, which would be a defect of this module.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().expect("nothing panics while it holds this lock")
 }

@@ -1,4 +1,4 @@
-//! Makes the binary file of a file in text. The text states no types, so the names of elements and the types of
+//! Converts a text FBX file to a binary FBX file. The text states no types, so the names of elements and the types of
 //! properties determine them. The names are those that Autodesk's SDK and Blender write.
 
 use std::borrow::Cow;

@@ -58,10 +58,10 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Finds the up direction. If the file states it, mocap uses it unchanged. Otherwise it is the mean of the postures
-    /// and of the normals of parallel soles. If the postures show no upright body, the camera counts as level. If the
-    /// lowest sole stands in several places, the ground through these places corrects the result. The standard
-    /// deviations determine the weights, as in least squares.
+    /// Finds the up direction. If the file states an up direction, mocap uses the stated direction unchanged. Otherwise
+    /// the up direction is the mean of the postures and of the normals of parallel soles. If the postures show no
+    /// upright body, the camera counts as level. If the lowest sole stands in several places, the ground through these
+    /// places corrects the result. The standard deviations determine the weights, as in least squares.
     pub(super) fn of(joints: &[Joint], frames: &[DQuat], samples: &[Sample], stated: Option<DVec3>) -> Self {
         let of = |up: DVec3, walked: f64, flat: usize| Self {
             turn: DQuat::from_rotation_arc(up, DVec3::Y),

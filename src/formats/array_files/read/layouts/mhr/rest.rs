@@ -81,8 +81,8 @@ fn mirrored(left: DQuat) -> DQuat {
     DQuat::from_xyzw(left.x, -left.y, -left.z, left.w) * DQuat::from_rotation_x(std::f64::consts::PI)
 }
 
-/// From this angle in degrees, the rotations of a hand do not match its positions. The wrist must deviate from the
-/// palm, and a joint of the middle finger from its bone. Hands of other bodies deviate less.
+/// The smallest deviation in degrees at which the rotations of a hand do not match its positions. Both the wrist must
+/// deviate from the palm, and a joint of the middle finger from its bone. Hands of other bodies deviate less.
 const MISFIT: f64 = 15.0;
 
 /// Computes the rotations of hands and fingers from their positions, if the stated rotations do not match the
