@@ -1,9 +1,9 @@
 //! The triangles of a robot's mesh files, for pictures.
 //!
-//! Details that a picture does not show are dropped. In a mesh with many corners, corners within a fiftieth of its size
-//! are merged ([Rossignac and Borrel 1993], vertex clustering). Corners at one position share a normal if the normals
-//! of their faces are nearest to the same of the six directions along the axes. A file that cannot be read is skipped
-//! with a warning, and its link is drawn without a mesh.
+//! Details that a picture does not show are dropped. In a mesh with many triangles, corners within a fiftieth of the
+//! longest side of the mesh are merged ([Rossignac and Borrel 1993], vertex clustering). Corners at one position share
+//! a normal if the normals of their faces are nearest to the same of the six directions along the axes. A file that
+//! cannot be read is skipped with a warning, and its link is drawn without a mesh.
 
 mod collada;
 
@@ -24,7 +24,7 @@ type Corners = Vec<DVec3>;
 /// The largest number of triangles of one file. A short COLLADA file may show a mesh many times.
 const MOST_TRIANGLES: usize = 1_000_000;
 
-/// The smallest number of triangles at which a mesh is simplified.
+/// A mesh with more triangles than this number is simplified.
 const MANY_TRIANGLES: usize = 3_000;
 
 /// The resolution at which corners of a large mesh are distinguished, in parts of its longest side.

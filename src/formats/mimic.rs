@@ -32,8 +32,8 @@ impl MimicNames<'_, '_> {
             .in_joint(self.follower.as_str())
     }
 
-    /// Whether the file has the leader. Warns if not: in other URDF readers, which do not look for the leader, the
-    /// follower moves independently.
+    /// Whether the file has the leader. Warns if the file lacks the leader. Other URDF readers do not look for the
+    /// leader, so the follower moves independently there.
     pub(super) fn has_leader(&self, links: &[RobotLink], warnings: &mut Warnings) -> bool {
         let mut names = links.iter().map(|link| link.joint.name.as_str());
         let has_leader = names.any(|name| name == self.leader);

@@ -10,13 +10,13 @@
 //! | bones with the usual names | bones of a humanoid |
 //! | keys of bones, with their Bezier curves | rotations and positions at every frame |
 //! | IK of the model, with its loops, links and limits | rotations of the links |
-//! | rotation and position that a bone inherits | its rotation and position |
+//! | rotation and position that a bone inherits | part of the rotation and position of the bone's node |
 //! | morphs | [`Node::face`](mocap_scene::scene::Node::face): VRM expressions if they match one, otherwise custom expressions with their name |
 //! | camera, lights, shadows | nothing, with an assumption |
 //! | meshes, materials, physics | nothing, with an assumption |
 //!
-//! MMD is left-handed with +Y up, and a model faces -Z. The mirror `diag(1, 1, -1)` makes it right-handed, facing +Z,
-//! with its left hand at +X. A unit is about 0.08 m. docs/mmd.md has the formulas.
+//! MMD is left-handed with +Y up, and a model faces -Z. The mirror `diag(1, 1, -1)` makes the model right-handed,
+//! facing +Z, with its left hand at +X. A unit is about 0.08 m. docs/mmd.md has the formulas.
 
 #[cfg(feature = "mmd")]
 pub(crate) mod bezier;

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 /// The number of parent folders that a robot's path may use: `package/urdf/left/arm.urdf` refers to `package/meshes`.
 pub(crate) const LEVELS: usize = 6;
 
-/// A path to a file in the folder of the referring file, or in its subfolders; `None` if it leads elsewhere.
+/// A path to a file in the folder of the referring file, or in its subfolders; `None` if the path leads elsewhere.
 pub fn below(path: impl AsRef<Path>) -> Option<PathBuf> {
     within(path.as_ref(), 0)
 }

@@ -1,8 +1,8 @@
 //! Refuses to write a file that its own reader would refuse.
 //!
-//! [`Limits`] and [`numbers`] define what a reader accepts. A writer can exceed them: sparse keys can make a long take,
-//! a name gets a suffix, lengths get another unit. It is cheap to detect whether a scene is near a limit. Only then the
-//! written file is read again by its reader.
+//! [`Limits`] and [`numbers`] define what a reader accepts. A writer can exceed the limits: sparse keys can make a long
+//! take, a name gets a suffix, lengths get another unit. It is cheap to detect whether a scene is near a limit. The
+//! reader reads the written file again only if the scene is near a limit.
 
 use std::path::Path;
 

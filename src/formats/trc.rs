@@ -65,7 +65,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 const FIRST_WORD: &str = "PathFileType";
 
 fn sniff(bytes: &[u8]) -> bool {
-    /// The number of bytes in which the first word of a file must be.
+    /// The number of bytes at the start of a file that must contain the first word.
     const NEAR: usize = 256;
     let start = decode(&bytes[..bytes.len().min(NEAR)]);
     start.is_ok_and(|text| {

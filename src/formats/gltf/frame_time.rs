@@ -46,8 +46,8 @@ pub(super) fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, 
         })
 }
 
-/// Keeps only the first keys of a motion that ends before the first frame of the highest rate. No program could play or
-/// write the other keys.
+/// Keeps only the first keys of a motion that is shorter than the smallest distance of two keys. No program could play
+/// or write the other keys.
 pub(super) fn keep_one_pose(tracks: &mut [Track], animation: usize) -> Option<Diagnostic> {
     let end = f64::from(end_of(tracks));
     let is_too_short = end > 0.0 && end < key_distance();

@@ -41,9 +41,9 @@ pub(super) fn motion(source: &Source<'_>, options: &ReadOptions) -> Result<Scene
     warnings.attach_to(read)
 }
 
-/// The model of a motion, with the size of its file. It is the model that the caller named. Without one, it is a model
-/// in the same folder whose file name or model name matches, or the only model in the folder. Otherwise it is the
-/// generic model.
+/// The model of a motion, with the size of its file. The model that the caller named has priority. The next choice is a
+/// model in the folder of the motion, whose file name or model name matches, or which is the only model. Without such a
+/// model, returns the generic model.
 fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Result<(Skeleton, usize)> {
     let candidates = (source.list)("pmx");
     let read = |path: &Path| -> Result<(Model, usize)> {
@@ -94,8 +94,8 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
 
 type Named<'p> = Option<(Model, usize, &'p PathBuf, String)>;
 
-/// The model whose file name equals the motion's, apart from the extension, or else the model whose name the motion
-/// states.
+/// The model whose file name, apart from the extension, equals the file name of the motion. Otherwise the model whose
+/// name the motion states.
 fn named<'p>(
     motion_file: &Path,
     motion: &Motion,

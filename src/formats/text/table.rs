@@ -32,8 +32,9 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Whether a row is cut off: the text ends with it, without a line end. Either the row lacks some cells, or frames
-    /// that the header states are missing after it. Its last number may be cut off too.
+    /// Whether a row is cut off: the text ends with this row, without a line end. In addition, the row lacks some
+    /// cells, or frames that the header states are missing after the row. The last number of the row may be cut off
+    /// too.
     pub(crate) fn is_cut_off(&self, row: Word<'_>, is_short: bool, frame: usize, stated: f64) -> bool {
         let is_last = row.offset + row.bytes.len() == self.cursor.text().len();
         is_last && frame > 0 && (is_short || frame as f64 + 1.0 < stated)
@@ -74,7 +75,7 @@ impl<'a> Table<'a> {
         )
     }
 
-    /// The number in a cell; NaN if it is empty or states NaN. `what` describes the number.
+    /// The number in a cell; NaN if the cell is empty or states NaN. `what` describes the number.
     pub(crate) fn number(&self, cell: Word<'_>, what: &str) -> Result<f64, Failure> {
         if cell.bytes.is_empty() {
             return Ok(f64::NAN);

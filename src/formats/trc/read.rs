@@ -211,8 +211,7 @@ struct Motion {
 }
 
 impl Motion {
-    /// Whether a row lacks cells. Empty cells at the end of a row may be missing, unless they are of a marker with
-    /// other cells, or spaces separate the cells.
+    /// Whether a row lacks cells. A row with tabs may omit the cells of whole markers at its end.
     fn is_short(&self, line: Word<'_>) -> bool {
         let given = cells(line).len().saturating_sub(BEFORE);
         let has_tabs = line.bytes.contains(&b'\t');

@@ -35,7 +35,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     })
 }
 
-/// The smallest length in the file, in millimetres.
+/// The value of the last written decimal of a length, in millimetres.
 const LAST_DIGIT: f32 = 1e-4;
 
 fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String {

@@ -6,7 +6,7 @@
 //! | `joints`, `jointNames` | the graph, and the names |
 //! | `restTransforms`, or else `bindTransforms` | the rest pose |
 //! | transforms of the skeleton's ancestor prims | a parent node of the roots, which moves if an ancestor prim moves |
-//! | each `SkelAnimation` with a joint of the skeleton | an animation; the one that is bound comes first |
+//! | each `SkelAnimation` with a joint of the skeleton | an animation; the bound animation comes first |
 //! | time codes | ticks, of `timeCodesPerSecond`, or of the rate that a file of this crate states |
 //! | skinned meshes, with their materials | meshes |
 //! | blend shapes, and their weights in animations | morph targets, on request |

@@ -206,7 +206,7 @@ impl<'a> Writer<'a> {
         matches!(self.nodes, Nodes::OfOneAnimation | Nodes::OfOneSkinnedAnimation)
     }
 
-    /// Whether a constant track is a channel even if the node has its value.
+    /// Whether a constant track is written as a channel even if the node has the same value.
     fn keeps_constant(&self, property: Property) -> bool {
         let is_kept = self.nodes == Nodes::PassedThrough && property == Property::Rotation;
         self.options.keep_constant || is_kept

@@ -1,8 +1,8 @@
 //! Removes invalid indices from a file that is passed through.
 //!
-//! mocap reads only a part of such a file, but other programs reject a file with an invalid index, or fail when they
-//! use it. The smallest optional member that contains the index is removed. In lists that are indexed, a placeholder
-//! replaces the removed item.
+//! mocap reads only a part of such a file. Other programs reject a file with an invalid index, or fail when they use
+//! the index. mocap removes the smallest optional member that contains the index. In lists that are indexed, a
+//! placeholder replaces the removed item.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,8 +17,8 @@ use super::indices::Done::{self, Broken, Hidden, Out, StandIn, White};
 use super::indices::{INDICES, MAY_BE_NEGATIVE, NO_IMAGE};
 use crate::warnings::Warnings;
 
-/// The file without invalid indices, with a warning for each. If there are none, the file itself. Bytes that are not
-/// JSON are left for the reader to report.
+/// The file without invalid indices, with a warning for each. A file without invalid indices stays unchanged. Bytes
+/// that are not JSON stay unchanged too, and the reader reports them.
 pub(in super::super) fn without(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Vec<Diagnostic>)> {
     let (text, bin) = json::split(bytes)?;
     let Ok(json @ Value::Object(_)) = serde_json::from_slice::<Value>(text) else {

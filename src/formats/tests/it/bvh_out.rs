@@ -30,8 +30,8 @@ fn written(scene: &Scene, options: &BvhOptions) -> String {
 /// The longest motion that is written completely.
 const WHOLE: usize = 150;
 
-/// Every third BVH file of the fixtures that is not refused. Motions of at most [`WHOLE`] frames are complete; of
-/// longer motions, the test takes as many frames from a random position.
+/// Every third BVH file of the fixtures that is not refused. Motions of at most [`WHOLE`] frames are complete. Of
+/// longer motions, the test takes [`WHOLE`] frames from a random position.
 fn real_files() -> Vec<(String, Scene)> {
     let mut random = Sample::new();
     let mut files = Vec::new();
@@ -85,9 +85,9 @@ fn real_files_read_back_to_identical_keys() {
                 let (key, again) = (channel.sample(tick, Trs::IDENTITY), again.sample(tick, Trs::IDENTITY));
                 assert_eq!(again.translation, key.translation, "{path}: {name} at {tick}");
                 assert_eq!(again.scale, key.scale, "{path}: {name} at {tick}");
-                // 1e-14 is the double precision of angles after some turns, and the zero that half turns leave. If two
-                // components are equal, the sign of the quaternion depends on this rounding. Everything else is equal
-                // bit by bit.
+                // 1e-14 is the double precision of angles after some turns, and the remainder of half turns near zero.
+                // If two components are equal, the sign of the quaternion depends on this rounding. Everything else is
+                // equal bit by bit.
                 let (key, again) = (key.rotation, again.rotation);
                 let same = key.abs_diff_eq(again, 1e-14) || key.abs_diff_eq(-again, 1e-14);
                 assert!(same, "{path}: {name} at {tick}: {key} became {again}");
@@ -374,8 +374,8 @@ fn height(scene: &Scene, pose: &mut Pose, binding: &Binding) -> f64 {
     f64::from((most - least).max_element())
 }
 
-/// The joint's OFFSET is elsewhere, and the joint has only one of three position channels. If all three were written,
-/// with values near zero in all frames, a reader could add them to the OFFSET.
+/// The joint's position differs from its OFFSET, and the joint has only one of three position channels. If all three
+/// were written, with values near zero in all frames, a reader could add the values to the OFFSET.
 #[test]
 fn a_joint_that_stays_at_its_parent_does_so_when_it_is_written() {
     let text = "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT arm\n{\n\

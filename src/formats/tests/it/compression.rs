@@ -45,7 +45,8 @@ fn options(compression: Compression, max_error: f64) -> GltfOptions {
 /// The longest motion that is tested completely.
 const WHOLE: usize = 300;
 
-/// Every `parts`th real motion. Of motions with more than [`WHOLE`] frames, as many frames from a random position.
+/// Every `parts`th real motion. Of motions with more than [`WHOLE`] frames, takes [`WHOLE`] frames from a random
+/// position.
 fn real_motions(random: &mut Sample, parts: usize) -> Vec<(String, Scene)> {
     let folder = PathBuf::from("../../fixtures/real");
     let mut paths: Vec<_> = fs::read_dir(folder)

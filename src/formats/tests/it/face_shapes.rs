@@ -1,5 +1,5 @@
-//! Tracks of ARKit's face shapes. Tables of Live Link Face and JSON of MediaPipe have them. They go into VRM
-//! animations, onto characters and onto morph targets. The tests write weights by a formula.
+//! Tracks of ARKit's face shapes, from tables of Live Link Face and from JSON of MediaPipe. The tests convert the
+//! tracks to VRM animations, characters and morph targets. A formula gives the weights.
 
 use std::fmt::Write;
 

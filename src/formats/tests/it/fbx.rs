@@ -523,7 +523,7 @@ fn a_material_has_its_colour_and_its_texture() {
             material.surface.unwrap()
         };
         let (plain, painted) = (surface("plain"), surface("painted"));
-        // 0.5 of a screen's range is 0.214 of the linear light.
+        // The sRGB value 0.5 is 0.214 in linear light.
         assert!(
             plain.base_color.abs_diff_eq(Vec4::new(1.0, 0.214_041, 0.0, 0.25), 1e-5),
             "{plain:?}"

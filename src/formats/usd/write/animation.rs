@@ -75,7 +75,8 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The joints that an animation drives, in the order of the skeleton. If it drives none, the first joint.
+    /// The joints that an animation drives, in the order of the skeleton. If it drives no joint, returns the first
+    /// joint.
     fn driven<'a>(&self, animation: &'a Animation) -> Result<Vec<AnimatedJoint<'a>>> {
         const NOTHING: &Channel = &Channel {
             node_name: String::new(),
@@ -179,7 +180,7 @@ pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f
     ticks
 }
 
-/// The 16-bit float nearest to a scale. It is 0 only if the scale is 0, because an axis without length has no
+/// The 16-bit float nearest to a scale. The result is 0 only if the scale is 0, because an axis without length has no
 /// direction.
 pub fn half_of_scale(scale: f32) -> f32 {
     match half(scale) {

@@ -125,7 +125,7 @@ fn vertices(scene: &Scene, mesh: &Mesh, tick: f64) -> Vec<Vec3> {
     Pose::at_tick(scene, 0, tick).unwrap().skin(&moved)
 }
 
-/// A point with several normals becomes several vertices, so each list must contain all positions of the other.
+/// A point with several normals becomes several vertices, so each list must contain all positions of the other list.
 #[track_caller]
 fn assert_are(found: &[Vec3], expected: &[[f32; 3]], what: &str) {
     let expected: Vec<Vec3> = expected.iter().copied().map(Vec3::from).collect();
