@@ -72,12 +72,12 @@ pub trait Encoding {
 pub enum KeyFrameChoice {
     /// Each track has its own key frames.
     Own,
-    /// Each track has its own key frames, or all tracks share key frames, whichever is smaller. For formats that store
-    /// keys as plain numbers.
+    /// Each track has its own key frames, or all tracks share key frames, whichever is smaller. This choice is for
+    /// formats that store keys as plain numbers.
     OwnOrShared,
-    /// All tracks share key frames, or have keys at all frames, whichever is smaller. For formats that store keys as
-    /// differences. The times of separate key frames hardly compress in streams. With separate key frames, five real
-    /// clips took 1.4 to 3.2 times the bytes, at bounds of 1, 5, 10 and 25 mm.
+    /// All tracks share key frames, or have keys at all frames, whichever is smaller. This choice is for formats that
+    /// store keys as differences. The times of separate key frames hardly compress in streams. With separate key
+    /// frames, five real clips took 1.4 to 3.2 times the bytes, at bounds of 1, 5, 10 and 25 mm.
     SharedOrAll,
 }
 

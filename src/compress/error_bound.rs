@@ -130,8 +130,8 @@ impl ErrorBound {
     /// The bound of every node of `scene`; empty if all nodes have the same bound.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] if a bound is not finite, or not above 0, or if a joint is not in the scene. Also if
-    /// there are joint bounds and [`max_error`](Self::max_error) is invalid.
+    /// [`Code::InvalidValue`] if a bound is not finite, or not above 0, or if a joint is not in the scene. The same
+    /// error if there are joint bounds and [`max_error`](Self::max_error) is invalid.
     pub(super) fn of_nodes(&self, scene: &Scene) -> Result<Vec<f64>> {
         for (name, bound) in &self.per_joint {
             if !scene.nodes.iter().any(|node| node.name == *name) {

@@ -139,9 +139,9 @@ fn chain_lengths(clip: &RawClip) -> Vec<f32> {
     lengths
 }
 
-/// Collects the arms from a joint to its children. For a child that does not rotate, also collects the arms to its
-/// children. `start` and `rotation` are the position and the rotation of joint `index`, in the axes of the joint that
-/// owns the arms.
+/// Collects the arms from a joint to its children. If a child does not rotate, also collects the arms from the joint to
+/// the children of this child. `start` and `rotation` are the position and the rotation of joint `index`, in the axes
+/// of the joint that owns the arms.
 fn collect_rigid_arms(clip: &RawClip, index: usize, start: Vec3, rotation: Quat, arms: &mut Vec<Vec3>) {
     for &child in &clip.joints[index].children {
         let joint = &clip.joints[child];

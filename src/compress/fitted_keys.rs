@@ -39,9 +39,9 @@ const PROJECTIONS: usize = 4;
 const GOAL: f32 = 0.99;
 /// The angle that rounding to 16 bits may add to a rotation, in radians.
 const INT16_ROUNDING: f32 = 3e-5;
-/// The largest distance between a reader with nlerp and one with slerp, between two keys of a rotation. It is measured
-/// at the end of the chain of descendants, as a fraction of the tolerance. Joints further down compensate for nlerp
-/// only.
+/// The largest distance between the results of a reader with nlerp and a reader with slerp, between two keys of a
+/// rotation. The distance is measured at the end of the chain of descendants, as a fraction of the tolerance. Joints
+/// further down compensate for nlerp only.
 pub const NLERP_SHARE: f32 = 0.03;
 /// The largest angle between nlerp and slerp, as a fraction of the cube of a small angle between two keys. It is the
 /// maximum of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1: the square root of 3, divided by 432.
@@ -220,8 +220,8 @@ impl Fit for TranslationFit<'_> {
 }
 
 /// The key frames of a track, and its keys. At the frames between two keys, the error is within the tolerance. If no
-/// line from a key fits, the next frame gets a key with its rounded target. Only at such a key, the error may be larger
-/// than the tolerance.
+/// line from a key fits, the next frame gets a key with its rounded target. Only at a key with a rounded target, the
+/// error may be larger than the tolerance.
 pub fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
     let mut keys = vec![fit.quantize(fit.target(0), None)];
     let mut key_frames = vec![0];

@@ -16,8 +16,8 @@ const UNIFORM: f32 = 1e-4;
 /// The number of shell points of a joint: one on each of its axes.
 const SHELL_POINTS: usize = Vec3::AXES.len();
 
-/// The default shell distance in metres for a joint whose rotation moves no other joint. It is ACL's value, about the
-/// distance of the skin from a joint.
+/// The default shell distance in metres for a joint whose rotation moves no other joint. The distance is ACL's value,
+/// and about the distance of the skin from a joint.
 const SKIN: f32 = 0.03;
 
 /// The largest allowed difference between 1 and the squared length of a quaternion. It is more than the rounding of

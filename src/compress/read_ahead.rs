@@ -7,8 +7,8 @@
 use std::hint::black_box;
 use std::ops::Range;
 
-/// The number of frames to read together. For a hundred joints they take about as much as the smallest second-level
-/// cache.
+/// The number of frames to read together. For a hundred joints, the values of these frames fill about the smallest
+/// second-level cache.
 const FRAMES: usize = 64;
 
 /// The bytes that processors read at once.

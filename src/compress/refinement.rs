@@ -18,8 +18,8 @@ use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
 use super::object_space::ObjectSpaceTrack;
 
-/// The largest number of encoding passes. It is also the number of rounds in which only the worst frame between two
-/// keys gets a key. In later rounds, all frames between these two keys get a key.
+/// The largest number of encoding passes. In as many rounds, only the worst frame between two keys gets a key. In later
+/// rounds, all frames between the two keys get a key.
 const MAX_PASSES: usize = 16;
 
 /// The next tolerance, as a fraction of the tolerance that would suffice if errors were proportional to it.

@@ -17,7 +17,7 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, 
     let squared_tolerances: Vec<f32> = (0..clip.joints.len()).map(square).collect();
     let mut pose = vec![(Vec3::ZERO, Quat::IDENTITY); clip.joints.len()];
     let all: Vec<usize> = (0..clip.joints.len()).collect();
-    // The joint that last exceeded its tolerance is the most likely one to do so again. So check this joint and its
+    // The joint that last exceeded its tolerance is the most likely to exceed it again. So check this joint and its
     // ancestors first.
     let mut suspects: Vec<usize> = Vec::new();
     let mut ahead = FrameReader::default();

@@ -5,8 +5,8 @@ use mocap_scene::scene::{Animation, Channel, Scene};
 
 use crate::warnings::Warnings;
 
-/// Without frames, adds no animation and warns. The warning says that the scene has only `what`. With frames, adds the
-/// animation at `rate` frames per second.
+/// Adds the animation at `rate` frames per second. If there are no frames, adds no animation, and warns that the scene
+/// has only `what`.
 pub(super) fn add_animation(
     scene: &mut Scene,
     (frames, rate): (usize, f64),

@@ -20,7 +20,7 @@ fn warning(element: &Element<'_, '_>, link: &str, message: &str, expected: &str,
 }
 
 /// Checks the mass of a link, which `element` states, and returns the usable values, with warnings. A negative mass is
-/// dropped. With a negative moment, all moments become 0. Other impossible moments are kept.
+/// dropped. If a moment is negative, all moments become 0. Other impossible moments are kept.
 pub(super) fn possible(
     mut stated: Inertial,
     link: &str,

@@ -79,8 +79,8 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Textures, Carriage::Kept),
 ];
 
-/// The joints of a scene that are not in `written`, the scene as a format holds it. Also the number of these joints
-/// that move, because their descendants lose this motion too.
+/// The joints of a scene that are not in `written`, the scene as a format holds it. Also returns the number of these
+/// joints that move, because their descendants lose this motion too.
 pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, DataLoss) {
     let is_left = |node: &Node| written.nodes.iter().all(|other| other.name != node.name);
     let joints = scene
@@ -281,7 +281,7 @@ impl FormatInfo {
         losses.filter(|loss| loss.count > 0).collect()
     }
 
-    /// The warnings of losses: one for each loss that has a remedy, and one for all others.
+    /// The warnings of losses: one warning for each loss with a remedy, and one warning for all other losses.
     #[doc(hidden)]
     pub fn loss_warnings(&self, losses: &[DataLoss]) -> Vec<Diagnostic> {
         let (others, remedied): (Vec<DataLoss>, Vec<DataLoss>) =
@@ -308,7 +308,7 @@ impl FormatInfo {
         groups.filter_map(warning).collect()
     }
 
-    /// The remedy for the loss of a kind of data; `None` if there is none.
+    /// The remedy for the loss of a kind of data; `None` if no remedy exists.
     #[doc(hidden)]
     pub fn remedy(&self, kind: DataKind) -> Option<Cow<'static, str>> {
         let remedy = match kind {

@@ -113,7 +113,7 @@ pub use self::option::{WriteOption, words};
 pub use self::sidecar::Sidecar;
 pub use self::written::{Export, ExportFile};
 
-/// The error of a reader's step. It is boxed, so that results are small.
+/// The error of a reader's step. The error is boxed, so that a `Result` is small.
 #[doc(hidden)]
 pub type Failure = Box<Diagnostic>;
 
@@ -369,12 +369,12 @@ pub trait Blocks: Sync {
 
 /// The input of a reader: the bytes of a file, and access to its companion files.
 ///
-/// A reader opens no file itself. It uses these functions, so that the same code reads bytes from memory, and so that
-/// every file is checked against [`Limits::max_bytes`].
+/// A reader opens no file itself. It uses the functions below. So the same code reads bytes from memory, and every file
+/// is checked against [`Limits::max_bytes`].
 #[derive(Clone, Copy)]
 #[doc(hidden)]
 pub struct Source<'a> {
-    /// The whole file. With `blocks`, only its beginning.
+    /// The whole file. If there are `blocks`, only the beginning of the file.
     pub bytes: &'a [u8],
     /// The rest of the file, after `bytes`; `None` if the reader of the format does not use blocks.
     pub blocks: Option<&'a dyn Blocks>,

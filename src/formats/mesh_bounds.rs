@@ -105,7 +105,8 @@ fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
     *bounds = Some([low.min(point), high.max(point)]);
 }
 
-/// The bounding box of a binary STL file. It has 80 bytes, the number of triangles, then 50 bytes for each triangle.
+/// The bounding box of a binary STL file. The file has 80 bytes, the number of triangles, then 50 bytes for each
+/// triangle.
 pub fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     /// Bytes of a triangle of binary STL: twelve numbers of 32 bits, and an attribute of 16.
     const TRIANGLE: usize = 50;

@@ -77,7 +77,7 @@ pub fn corners(bytes: &[u8], path: &Path) -> Option<Corners> {
     (are_placed && corners.len() >= 3 && corners.len() <= 3 * MOST_TRIANGLES).then_some(corners)
 }
 
-/// The triangles of a binary STL file. It has 80 bytes, the number of triangles, then 50 bytes for each triangle.
+/// The triangles of a binary STL file. The file has 80 bytes, the number of triangles, then 50 bytes for each triangle.
 fn binary_stl(bytes: &[u8]) -> Option<Corners> {
     /// Bytes of a triangle of binary STL: twelve numbers of 32 bits, and an attribute of 16.
     const TRIANGLE: usize = 50;
@@ -155,7 +155,7 @@ fn numbers<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
     Some(DVec3::new(number()?, number()?, number()?))
 }
 
-/// The mesh of these triangles; `None` if none of them has an area.
+/// The mesh of these triangles; `None` if no triangle has an area.
 pub fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
     corners.iter_mut().for_each(|corner| *corner *= scale);
     if scale.element_product() < 0.0 {

@@ -1,8 +1,8 @@
 //! A generic body for files with rotations but without bone lengths: 1.70 m tall, in a T-pose.
 //!
 //! Legs and arms are fractions of the height from Drillis and Contini, *Body Segment Parameters* (1966), as in Winter.
-//! They are thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and
-//! hands are round numbers. None of these numbers comes from a body model.
+//! The fractions are thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head
+//! and hands are round numbers. None of these numbers comes from a body model.
 
 use glam::Vec3;
 

@@ -55,7 +55,7 @@ impl Sidecar {
         name.into()
     }
 
-    /// Parses a sidecar; `None` if the bytes are another file, such as one from another program.
+    /// Parses a sidecar; `None` if the bytes are not a sidecar of this crate.
     #[doc(hidden)]
     pub fn read(bytes: &[u8]) -> Option<Self> {
         serde_json::from_str(str::from_utf8(bytes).ok()?).ok()

@@ -41,8 +41,8 @@ impl Warnings {
         self.keep(code, 1, first);
     }
 
-    /// Keeps a warning. If a kept warning has the same code and message, only counts it. At most as many warnings of a
-    /// code are kept as by [`push`](Self::push).
+    /// Keeps a warning. If a kept warning has the same code and message, only counts the new warning. At most as many
+    /// warnings of a code are kept as by [`push`](Self::push).
     pub(crate) fn distinct(&mut self, warning: Diagnostic) {
         let is_equal = |kept: &&mut Diagnostic| kept.code == warning.code && kept.message == warning.message;
         match self.kept.iter_mut().find(is_equal) {

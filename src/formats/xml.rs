@@ -355,7 +355,7 @@ impl<'a, 'input> Element<'a, 'input> {
         Ok(name.to_owned())
     }
 
-    /// The numbers of an attribute with the value `value`: between `least` and `most` of them.
+    /// The numbers of an attribute with the value `value`: between `least` and `most` numbers.
     pub(super) fn parse_numbers(
         &self,
         name: &str,

@@ -14,7 +14,7 @@ pub(super) struct AxisLines {
     pub(super) blocks: Vec<AxisBlock>,
 }
 
-/// The line of one component in one block, and the bits of a key's difference from it.
+/// The line of one component in one block, and the number of bits of a key's difference from the line.
 #[derive(Clone, Copy)]
 pub(super) struct AxisBlock {
     pub(super) number: i32,

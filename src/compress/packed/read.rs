@@ -91,7 +91,8 @@ impl<'a> Reader<'a> {
         Ok(rotation)
     }
 
-    /// Checks that a table of `count` entries of `size` bytes fits, before anything is allocated for it.
+    /// Checks that a table of `count` entries of `size` bytes fits into the remaining bytes, before memory is allocated
+    /// for the table.
     fn expect(&self, count: usize, size: usize) -> Result<()> {
         let bytes = count.saturating_mul(size);
         let left = self.bytes.len() - self.at;

@@ -13,7 +13,7 @@ use mocap_scene::math::soa::single::{LANES, Lanes};
 
 use super::rounding::{floor, round};
 
-/// The largest 16-bit integer: glTF's normalized integers divide by it.
+/// The largest 16-bit integer: glTF divides normalized integers by this number.
 pub const INT16_MAX: f32 = 32767.0;
 
 /// The smallest number of lattice steps from 0 to the square root of 1/2: the QUATERNION filter with 4 bits, including
@@ -118,7 +118,7 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
 /// fit, the dropped component of the previous key stays. Another choice would make the differences to that key large.
 pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
     /// The largest stored component of a unit quaternion. It is slightly below the square root of 1/2, 0.707, so that
-    /// candidates next to the nearest one fit.
+    /// candidates next to the nearest candidate fit.
     const MAX_STORED: f32 = 0.705;
 
     /// The dropped component of a unit quaternion below which it is computed from the others with a large error. Tuned
@@ -248,7 +248,7 @@ impl Lattice {
     }
 
     /// The decoded components at several lattice points, with the same numbers as [`Self::at`]: the dropped component,
-    /// the three after it, and the number of ambiguous ones.
+    /// the three components after it, and the number of ambiguous components.
     #[inline(always)]
     pub(crate) fn decode_lanes(self, [x, y, z]: [Lanes; 3]) -> ([Lanes; 4], [u8; LANES]) {
         let square = |value: f32| Lanes::all(value * value);

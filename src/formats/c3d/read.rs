@@ -251,8 +251,8 @@ impl Header {
         (4 * self.points + samples) * self.number_size()
     }
 
-    /// Takes the sample count of the parameters if it matches the length of the file and the header's count does not.
-    /// With the header's count, every record would be read at a wrong offset.
+    /// Takes the sample count of the parameters if it matches the length of the file and the header's count does not
+    /// match. With the header's count, every record would be read at a wrong offset.
     fn choose_samples(&mut self, samples: usize, length: usize, warnings: &mut Warnings) {
         let data = length.saturating_sub(self.data) as u64;
         // The rest of the last block is padded or omitted.

@@ -307,8 +307,8 @@ fn read_stack<'a>(
     if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
         return Ok(None);
     }
-    // The first frame is at the start of the stack. Then there is a frame after each frame time, up to the frame
-    // nearest to the end. Each frame of a node has a rotation, a translation and a scale.
+    // The first frame is at the start of the stack. The next frames follow at the distance of the frame time, up to the
+    // frame nearest to the end. Each frame of a node has a rotation, a translation and a scale.
     let weights = if options.morph_targets {
         file.blend_channels.len()
     } else {

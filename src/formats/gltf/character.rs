@@ -25,7 +25,7 @@ use crate::{Export, ExportFile, ReadOptions, Source, read_back};
 /// A character from a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
 /// [`Character::with_animations`] returns the file with added animations. Everything else stays byte for byte: meshes,
-/// materials, textures, morph targets, extensions. Only an invalid index is removed, with a warning.
+/// materials, textures, morph targets, extensions. The exception is an invalid index: it is removed, with a warning.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

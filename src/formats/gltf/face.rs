@@ -1,7 +1,7 @@
 //! Converts the face of a VRM animation to a character's expressions, as far as glTF animations allow.
 //!
 //! VRM 1.0 and VRM 0 state the morph targets that each expression moves, with the weights of the targets when the
-//! expression has weight 1. They also state how far the eyes rotate with the gaze. These effects are animated. Material
+//! expression has weight 1. VRM also states how far the eyes rotate with the gaze. These effects are animated. Material
 //! colours and texture offsets are not animated, because glTF cannot animate them.
 
 mod binds;

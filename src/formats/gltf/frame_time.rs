@@ -119,7 +119,7 @@ fn key_distance() -> f64 {
 
 /// The time between two keys. It is the key distance of the track with the most keys, if this distance is constant.
 /// Otherwise it is the frame time of the usual frame rate that has all keys on its frames, or else the shortest
-/// distance. Without a track of two keys it is a thirtieth of a second.
+/// distance. If no track has two keys, the time is a thirtieth of a second.
 fn key_step(tracks: &[Vec<f32>]) -> f64 {
     let longest = tracks.iter().map(Vec::as_slice).max_by_key(|times| times.len());
     if let Some(times @ [first, .., last]) = longest {
@@ -161,7 +161,7 @@ pub(super) fn put_at_ticks(keys: &mut Keys<f32>, step: f64) -> f64 {
     last
 }
 
-/// The ticks for key times. They increase strictly, like the times.
+/// The ticks for key times. Both the ticks and the times increase strictly.
 pub(super) fn ticks_of(times: &[f32], step: f64) -> Vec<f64> {
     let mut ticks: Vec<f64> = times.iter().map(|time| tick_of(*time, step)).collect();
     for key in (1..ticks.len()).rev() {

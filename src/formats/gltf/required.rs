@@ -6,8 +6,8 @@ use super::compression::{EXT, KHR};
 use super::invalid::invalid;
 use crate::Failure;
 
-/// Prefixes of the names of extensions that do not affect nodes and animations. They affect data that the reader does
-/// not need: surfaces, lights, images, geometry, the rules of an avatar.
+/// Prefixes of the names of extensions that do not affect nodes and animations. These extensions affect data that the
+/// reader does not need: surfaces, lights, images, geometry, the rules of an avatar.
 const NOT_OF_MOTION: &[&str] = &[
     "KHR_materials_",
     "KHR_texture_",

@@ -88,7 +88,7 @@ pub(super) fn decode(
         let Some((extension, settings)) = settings(&view.extensions) else {
             continue;
         };
-        // Without a decoder, use the fallback of the file, if it has one.
+        // A build without the decoder uses the fallback of the file, if the file has a fallback.
         if cfg!(not(feature = "meshopt")) {
             let fallback = buffers.get(view.buffer).and_then(|buffer| buffer.as_deref());
             if fallback.is_some_and(|bytes| !bytes.is_empty()) {

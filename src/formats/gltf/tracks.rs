@@ -17,7 +17,7 @@ use super::json::{Animation, Channel};
 use crate::Failure;
 
 /// The largest deviation of samples from a curve, as a fraction of the largest value of the track. For rotations, the
-/// largest deviation of the unit quaternion.
+/// number limits the deviation of the unit quaternion.
 pub(super) const CURVE_ERROR: f64 = 1e-6;
 
 /// The largest number of samples between two keys of a curve.

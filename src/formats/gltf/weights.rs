@@ -92,7 +92,7 @@ fn moves_weights(channel: &Channel) -> bool {
 }
 
 impl SamplerKeys {
-    /// The numbers of one column, one per key. For curve keys, also the tangents.
+    /// The numbers of one column, one per key. If the keys are curve keys, also the numbers of their tangents.
     fn of_column(&self, column: usize, bend: Option<Bend>) -> Self {
         let parts = if bend == Some(Bend::Curve) { 3 } else { 1 };
         let parts = self.values.chunks_exact(self.columns).take(parts * self.times.len());

@@ -24,7 +24,7 @@
 //! The reasons for this structure:
 //!
 //! - A file without a skin has no skeleton in Blender, Babylon and game engines.
-//! - Model-viewer and Assimp refuse a skin without a mesh, and optimisers drop it.
+//! - Model-viewer and Assimp refuse a skin without a mesh, and optimisers drop such a skin.
 //! - At least one client refuses or misreads a mesh under a joint, a duplicate name, a matrix or a repeated time.
 
 mod animation;
@@ -91,8 +91,8 @@ pub struct GltfOptions {
     /// The largest distance in metres of a joint or end site from its position in the scene, as a reader decodes the
     /// file. The limit applies at every whole tick and at every key of the scene. Within this limit, keys are removed
     /// and numbers are rounded, by [`GltfOptions::compression`]. [`GltfReport::achieved`] has the result. Default: none
-    /// for [`Compression::None`], which then keeps every key unchanged. For other compressions it is 1 mm, the default
-    /// of [`ErrorBound`].
+    /// for [`Compression::None`], which then keeps every key unchanged. For other compressions, the default is 1 mm, as
+    /// in [`ErrorBound`].
     pub error_bound: Option<ErrorBound>,
 }
 
@@ -125,7 +125,7 @@ pub struct GltfReport {
     pub renamed: Vec<NodeRename>,
     /// The number of joints of the skin, including end sites, or of bones of a VRM animation; 0 without a skin.
     pub joints: usize,
-    /// The number of vertices of all meshes, after equal ones were merged.
+    /// The number of vertices of all meshes, after equal vertices were merged.
     pub vertices: usize,
     /// The number of animated tracks, each an animation channel.
     pub animated_tracks: usize,

@@ -97,7 +97,7 @@ fn for_usual_models() -> Diagnostic {
         .help("write it for a specific model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
 }
 
-/// Whether a name can be written in addition to the `taken` names. Adds a note if not.
+/// Whether a name can be written in addition to the `taken` names. Adds a note if the name cannot be written.
 fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -> bool {
     let reason = match names::key(name) {
         Some(key) if key.is_empty() => "it is empty",

@@ -238,7 +238,7 @@ impl Reader<'_> {
     }
 }
 
-/// The `<origin>` of an element. Without one, the identity.
+/// The `<origin>` of an element. If the element has no `<origin>`, the identity.
 fn origin(element: &Element<'_, '_>) -> Result<Placement, Failure> {
     let Some(origin) = element.child("origin") else {
         return Ok(Placement::IDENTITY);

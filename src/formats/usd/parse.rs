@@ -7,8 +7,8 @@
 //! metadata  := "(" (name "=" value)* ")"
 //! ```
 //!
-//! A value is kept as its numbers, or as its strings, in the order of the file. The attribute determines whether they
-//! are a list or a tuple. The parser does not recurse, so that no nesting is too deep for it.
+//! A value is kept as its numbers, or as its strings, in the order of the file. The attribute determines whether the
+//! numbers or strings are a list or a tuple. The parser does not recurse, so that no nesting is too deep for it.
 
 mod tokens;
 mod variants;
@@ -32,7 +32,7 @@ pub(super) struct Value {
     pub(super) numbers: Vec<f64>,
     /// Strings, tokens, paths and file names.
     pub(super) texts: Vec<String>,
-    /// The offset in the text. For a time sample, the offset of the time.
+    /// The offset in the text. The offset of a time sample is the offset of its time.
     pub(super) offset: usize,
 }
 
@@ -369,7 +369,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Reads a value: a number, a string, or a list of them with all nested lists.
+    /// Reads a value: a number, a string, or a list of numbers or strings, with all nested lists.
     fn value(&mut self) -> Result<Value, Failure> {
         self.tokens.peek();
         let mut value = Value {

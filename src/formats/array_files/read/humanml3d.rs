@@ -56,7 +56,8 @@ const LEFT_SHOULDER: usize = 16;
 const RIGHT_SHOULDER: usize = 17;
 /// The joints of the feet: left ankle, left toes, right ankle, right toes.
 const FEET: [usize; 4] = [7, 10, 8, 11];
-/// A foot joint is in contact if the square of its displacement to the next frame is below this, in square metres.
+/// A foot joint is in contact if the square of its displacement to the next frame is below this number, in square
+/// metres.
 const CONTACT: f64 = 0.002;
 
 /// The standard deviation in frames of the Gaussian that smooths headings, as in HumanML3D's code.

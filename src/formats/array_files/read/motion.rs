@@ -46,10 +46,11 @@ impl Motion {
         });
     }
 
-    /// The axis along which the spine points on average. It is the up axis if the body stands more than it lies.
+    /// The axis along which the spine points on average. This axis is the up axis if the body stands longer than it
+    /// lies.
     pub(super) fn up_of_body(&self) -> (UpAxis, Confidence) {
-        /// If the cosine of the mean angle between spine and axis is above this, the up axis is sure. The angle is then
-        /// below 26 degrees.
+        /// If the cosine of the mean angle between spine and axis is above this number, the up axis is sure. The angle
+        /// is then below 26 degrees.
         const SURE: f64 = 0.9;
         let spines = self
             .rotations

@@ -17,7 +17,7 @@ pub(super) enum Npy<'a> {
     Objects(usize),
 }
 
-/// The array of an `.npy`. `entry` names it in errors.
+/// The array of an `.npy`. `entry` is the name of the array in errors.
 pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failure> {
     let refused = |expected: &str, found: String| -> Failure {
         Box::new(

@@ -31,8 +31,8 @@ pub(super) fn table_of_survey() -> Diagnostic {
         .help("of such tables, mocap survey reads only .jsonl: write the table with {output} rows.jsonl")
 }
 
-/// The largest number of missing positions for each present one. Without this limit, a table with distant frame numbers
-/// would fill the memory.
+/// The largest number of missing positions for each present position. Without this limit, a table with distant frame
+/// numbers would fill the memory.
 const MOST_GAPS: usize = 64;
 
 /// The number of missing positions that any table may have: 3 MB.

@@ -46,6 +46,7 @@ pub(super) fn rest(joints: &[Joint]) -> Vec<Vec3> {
     joint_positions
 }
 
-/// The root position of the SMPL template, relative to the template's origin. `trans` is added to it.
+/// The root position of the SMPL template, relative to the template's origin. The root position of a frame is this
+/// position plus `trans`.
 #[doc(hidden)]
 pub const SMPL_ROOT: Vec3 = Vec3::new(0.0, -TEMPLATE_ABOVE_PELVIS, 0.0);

@@ -270,7 +270,7 @@ impl<'a> Reader<'a, '_> {
         Box::new(diagnostic)
     }
 
-    /// The error for a missing `end`: a section begins, or the file ends, before it.
+    /// The error for a missing `end`: a section begins or the file ends before the `end`.
     fn unclosed(&self, what: &str, begin: Word<'_>) -> Failure {
         let line = self.lines.line_number(begin);
         let (failure, cause) = match self.lines.peek_word() {

@@ -169,8 +169,9 @@ fn is_elsewhere(position: Vec3, point: Vec3) -> bool {
 
 /// The OFFSET of a joint. A joint without position channels gets the position of its first frame.
 ///
-/// Some programs add certain positions to the OFFSET. They do this if all positions of a joint are near zero, or if a
-/// root starts near zero although its OFFSET is not near zero. With a zero OFFSET all programs agree.
+/// Some programs add certain positions to the OFFSET. They add the positions of a joint whose positions are all near
+/// zero. They also add the positions of a root that starts near zero, although its OFFSET is not near zero. With a zero
+/// OFFSET all programs agree.
 fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool) -> Vec3 {
     if !moves {
         start

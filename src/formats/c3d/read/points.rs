@@ -22,7 +22,7 @@ pub(super) struct Points {
 pub(super) struct Track {
     pub(super) ticks: Vec<f64>,
     pub(super) positions: Vec<DVec3>,
-    /// Whether a residual shows that cameras measured a point at the origin. Then zeros are a position.
+    /// Whether a residual shows that cameras measured a point at the origin. In this case zeros are a position.
     pub(super) is_measured_at_zero: bool,
 }
 

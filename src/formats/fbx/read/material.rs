@@ -62,7 +62,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// Reads a material of the file. Without a material, returns a plain one.
+    /// Reads a material of the file. If there is no material, returns a plain material.
     pub(super) fn read(
         &mut self,
         material: Option<&ufbx::Material>,

@@ -34,7 +34,7 @@ const TRIANGLE_FAN: u32 = 6;
 
 /// Reads a mesh without its name and material, with unnamed bones. `None` if it has no faces. Normals and weights that
 /// are not finite are replaced, and morph targets that cannot be read are skipped, each with a warning in `odd`. Also
-/// returns the file's number of each morph target.
+/// returns the number of each morph target in the file.
 pub(super) fn read_primitive(
     primitive: &Primitive,
     binding: &Binding,

@@ -296,7 +296,7 @@ impl Buffer {
         index
     }
 
-    /// The view for the bytes from `start` on. For consecutive keys it is the last view, otherwise a new one.
+    /// The view for the bytes from `start` on. Consecutive keys share the last view. Other values get a new view.
     fn view(&mut self, usage: Usage, start: usize) -> usize {
         if usage != Usage::Keys || self.last_usage != Some(Usage::Keys) {
             self.views.push(View {

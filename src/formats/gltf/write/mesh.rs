@@ -42,7 +42,7 @@ impl Influences {
     }
 }
 
-/// Writes `mesh`. With `joints`, the skin index of every node, writes a skinned mesh.
+/// Writes `mesh`. `joints` has the skin index of every node; if it is given, the mesh is skinned.
 ///
 /// Returns the primitive and its number of vertices, or `None` if no face has an area.
 pub(super) fn write(

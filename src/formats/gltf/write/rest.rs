@@ -33,9 +33,9 @@ impl Rest {
     }
 }
 
-/// Moves a constant track to `rest` if all animations have the same constant value and the node can take it. A node can
-/// take any value if a skin keeps the rest pose. Otherwise it can take only the value of its rest pose. Other constant
-/// tracks are written as one key, because a node has only one rest transform.
+/// Moves a constant track to `rest` if all animations have the same constant value and the node can take this value. A
+/// node can take any value if a skin keeps the rest pose. Without such a skin, a node can take only the value of its
+/// rest pose. Other constant tracks are written as one key, because a node has only one rest transform.
 pub(super) fn of_all(scene: &Scene, rest: &mut [Rest], has_bind_pose: bool) {
     let Some((first, others)) = scene.animations.split_first() else {
         return;

@@ -71,7 +71,7 @@ impl<'l> Placement<'l> {
         Ok(times)
     }
 
-    /// The transform at a time code. Without a time, the first transform.
+    /// The transform at a time code. If no time is given, the first transform.
     pub(super) fn at(&self, time: Option<f64>) -> Result<Mat4, Failure> {
         let matrices = self.operations.iter().filter_map(|(name, attribute)| {
             let numbers = value_at(attribute, time)?;
@@ -89,7 +89,7 @@ impl<'l> Placement<'l> {
     }
 }
 
-/// The numbers of an attribute at a time, linear between samples. Without a time, the first numbers.
+/// The numbers of an attribute at a time, linear between samples. If no time is given, the first numbers.
 fn value_at(attribute: &Attribute, time: Option<f64>) -> Option<Vec<f64>> {
     let samples = attribute.samples.as_slice();
     let (Some(time), [_, _, ..]) = (time, samples) else {

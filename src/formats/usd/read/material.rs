@@ -60,8 +60,8 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The index of the material for a mesh, from the index of its prim. Without a material, the index of a plain
-    /// material.
+    /// The index of the material for a mesh, from the index of its prim. A mesh without a material gets the index of a
+    /// plain material.
     pub(super) fn index_of(&mut self, material: Option<usize>, mesh: &Prim) -> usize {
         let index = self.index;
         let prims = &index.layer.prims;
@@ -126,7 +126,7 @@ impl<'a> Materials<'a> {
         let image = image.map(|image| &prims[image]);
         let image = image.filter(|image| !image.texts("inputs:file").is_empty());
         let texture = image.and_then(|image| self.texture(&image.texts("inputs:file")[0]));
-        // Without its texture, the scale is the colour.
+        // If the texture cannot be read, the scale is the colour.
         let color = match image {
             Some(image) => image.numbers("inputs:scale"),
             None => surface.numbers("inputs:diffuseColor"),

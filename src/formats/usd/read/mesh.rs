@@ -2,7 +2,7 @@
 //!
 //! Points keep their coordinates before `geomBindTransform`, which becomes part of each bone's offset matrix. A point
 //! whose faces have several normals or texture coordinates becomes several vertices. A mesh with material subsets
-//! becomes a mesh for each of them.
+//! becomes one mesh for each subset.
 
 use std::collections::{BTreeMap, HashMap};
 

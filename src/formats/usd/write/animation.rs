@@ -166,7 +166,7 @@ fn check(channel: &Channel) -> Result<()> {
     }
 }
 
-/// The ticks at which any of `keys` has a key, if one of them moves; otherwise the first tick.
+/// The ticks of the keys of all tracks in `keys` that move; the tick 0 if no track moves.
 pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
     let moving = keys.filter(|keys| keys.len() > 1);
     let mut ticks: Vec<f64> = moving

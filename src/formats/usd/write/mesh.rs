@@ -24,7 +24,8 @@ pub(super) struct Bound {
     to_bind: DMat4,
 }
 
-/// Finds the bind pose of the skeleton. A USD skeleton has one bind pose, and each mesh has its own transform to it.
+/// Finds the bind pose of the skeleton. A USD skeleton has one bind pose, and each mesh has its own transform to the
+/// bind pose.
 pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<String>) -> Result<Vec<Bound>> {
     let mut found = Vec::new();
     let placed = scene.nodes.iter().enumerate();

@@ -74,7 +74,8 @@ impl Text {
         self.text.push(']');
     }
 
-    /// Writes `name.timeSamples = { time: [a, b, ...], ... }`. With a single time, writes one value.
+    /// Writes `name.timeSamples = { time: [a, b, ...], ... }`. If there is a single time, writes one value without a
+    /// time.
     pub(super) fn samples<T>(
         &mut self,
         name: &str,

@@ -266,7 +266,7 @@ fn of_person(
 
 /// The frame rate in frames per second, from the caller or the file. A single frame has no rate.
 fn rate(reader: &Reader<'_, '_>, stated: Option<f64>, frames: usize) -> Result<f64, Failure> {
-    /// The frame rate for a single frame. Any rate would do.
+    /// The frame rate for a single frame. This choice has no effect on a pose.
     const OF_ONE: f64 = 30.0;
     let stated = stated.unwrap_or(if frames == 1 { OF_ONE } else { f64::NAN });
     reader.options.frame_rate_or(stated)

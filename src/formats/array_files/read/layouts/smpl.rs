@@ -62,8 +62,8 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     Ok(motion)
 }
 
-/// The path of the best dictionary with `global_orient` and `body_pose`. A dictionary with world coordinates is better
-/// than one with camera coordinates. A dictionary with results is better than one with inputs.
+/// The path of the best dictionary with `global_orient` and `body_pose`. World coordinates are better than camera
+/// coordinates, and results are better than inputs.
 pub(super) fn dictionary(entries: &Entries<'_>) -> Option<String> {
     let names = entries.arrays.iter().map(|(name, _)| name.as_str());
     let prefixes = names.filter_map(|name| name.strip_suffix("body_pose"));

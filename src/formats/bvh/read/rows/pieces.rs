@@ -17,7 +17,7 @@ pub struct Piece<'a> {
 
 /// The remaining pieces.
 pub struct Pieces<'a> {
-    /// The rest of the text. With blocks, the text before the blocks.
+    /// The rest of the text. If there are blocks, the text before the blocks.
     text: &'a [u8],
     /// The offset of the next piece.
     offset: usize,

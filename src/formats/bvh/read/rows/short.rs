@@ -49,9 +49,9 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
     digits
 }
 
-/// The number at the start of a string, correctly rounded, and its length. The number consists of `-`, digits, and a
-/// point among them, with a space or a line end after it. `None` for every other spelling, and if the result may not be
-/// exact.
+/// The number at the start of a string, correctly rounded, and its length. The number consists of an optional `-`, of
+/// digits, and of an optional point among the digits. A space or a line end follows. `None` for every other spelling,
+/// and if the result may not be exact.
 ///
 /// # Safety
 /// On x86-64 the processor must have AVX2.

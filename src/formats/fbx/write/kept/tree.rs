@@ -94,7 +94,7 @@ impl<'a> RawElement<'a> {
         Element::of_bytes(self.name, (self.count, self.values), children, self.is_block)
     }
 
-    /// The element for writing. `edit` returns replacements of descendants, or `None` for unchanged ones.
+    /// The element for writing. `edit` returns the replacement of a descendant, or `None` for an unchanged descendant.
     pub(super) fn edited(&self, edit: &dyn Fn(&Self) -> Option<Element<'a>>) -> Element<'a> {
         let children = self.children.iter();
         let children = children.map(|child| edit(child).unwrap_or_else(|| child.edited(edit)));

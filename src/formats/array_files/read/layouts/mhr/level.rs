@@ -12,7 +12,7 @@ use crate::array_files::read::motion::Motion;
 /// The largest tilt of a camera in degrees. If a body seems tilted more, it lies or does a handstand.
 const MOST_TILT: f64 = 50.0;
 
-/// If the mean of the unit posture directions is shorter than this, the directions contradict each other.
+/// If the mean of the unit posture directions is shorter than this number, the directions contradict each other.
 const STEADY: f64 = 0.5;
 
 /// The standard deviation of the height of the lower foot above the ground, in metres.
@@ -32,7 +32,7 @@ const PARALLEL: f64 = 16.0;
 /// The largest height difference in metres between feet that stand side by side.
 const SIDE_BY_SIDE: f64 = 0.04;
 
-/// A body walks if the mean distance between its steps is at least this, in metres.
+/// The smallest mean distance in metres between the steps of a body that counts as walking.
 const WALKED: f64 = 0.5;
 
 /// The height in metres of the ball joint above the sole, from the vertices of SAM 3D Body for standing feet.

@@ -9,8 +9,8 @@ use crate::warnings::Warnings;
 
 /// Joints whose axes differ from their parent's axes in the T-pose. The angles in degrees about the fixed axes X, Y and
 /// Z rotate the parent's axes to the joint's axes, in an upright body. The right side is the mirror image of the left.
-/// The angles of a foot come from the vertices of standing feet in outputs of SAM 3D Body. They lay the sole flat,
-/// because the legs of the rig itself stand apart.
+/// The angles of a foot come from the vertices of standing feet in outputs of SAM 3D Body. With these angles, the sole
+/// is flat on the ground. In the rig itself, the legs stand apart.
 const TURNED: [(&str, [f64; 3]); 18] = [
     ("l_foot", [0.5, -19.0, -4.5]),
     ("l_talocrural", [2.0, 1.5, 12.5]),
