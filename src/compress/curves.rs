@@ -34,7 +34,7 @@ pub struct EulerAngles {
 }
 
 impl EulerAngles {
-    /// The angles of `rotation`, in degrees. Of all equivalent angles, they are nearest to the angles `before`.
+    /// The angles of `rotation`, in degrees. Of all equivalent angles, the result is nearest to the angles `before`.
     fn angles(&self, rotation: DQuat, before: DVec3) -> DVec3 {
         to_euler_xyz(self.pre_rotation.conjugate() * rotation, self.order, before)
     }

@@ -271,7 +271,7 @@ impl<'a> JointSampler<'a> {
         joint.is_ambiguous = joint.ambiguity.is_some() || parent.is_some_and(|parent| parent.is_ambiguous);
     }
 
-    /// The translation relative to the parent. All decoders interpolate it linearly.
+    /// The translation relative to the parent. All decoders interpolate translations linearly.
     #[inline(always)]
     fn translation(&self, cursors: &[Cursor]) -> Vectors {
         let (cursor, keys) = match &self.translation {

@@ -22,7 +22,7 @@ pub struct LeverArms {
     /// The length of the longest chain of descendants, in metres.
     pub chain_length: f32,
     /// A matrix, by rows. It maps the error of the joint's own position to the rotation (axis times angle) that moves
-    /// the ends of the arms back as far as possible. The function `counter_rotation` derives it.
+    /// the ends of the arms back as far as possible. The function `counter_rotation` derives the matrix.
     pub counter_rotation: [[f32; 3]; 3],
 }
 
@@ -51,8 +51,8 @@ impl LeverArms {
         }
     }
 
-    /// The error of a joint with a position error and a rotation error, both in its own axes. It is the largest error
-    /// of an arm's end or a point of the shell.
+    /// The error of a joint with a position error and a rotation error, both in its own axes. The result is the largest
+    /// error of an arm's end or of a point of the shell.
     pub fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
         let rotation = small_rotation_vector(rotation_error);
         let shell = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);

@@ -2,16 +2,16 @@
 //!
 //! A key need not equal the target at its frame: any value within the tolerance works. A line through two targets has
 //! errors on only one side of a curve. A line near the two targets has errors on both sides, and so spans more frames.
-//! On a parabola, it spans more by a factor of the square root of 2.
+//! On a parabola, the line is longer by a factor of the square root of 2.
 //!
 //! The lines from a key that are within the tolerance at all frames so far form a cone. The cone gets narrower with
 //! each frame, and the line ends when the cone is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
 //! digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting straight lines
 //! between data ranges", Communications of the ACM 24, 1981).
 //!
-//! Here values have three components. So the cone is not computed; the algorithm keeps one line within it. If this line
-//! is outside the tolerance at a frame, projections find another line within it (the method of L. M. Bregman, 1965, for
-//! a common point of convex sets).
+//! Here values have three components. So the cone is not computed; the algorithm keeps one line within the cone. If
+//! this line is outside the tolerance at a frame, projections find another line within it (the method of L. M. Bregman,
+//! 1965, for a common point of convex sets).
 //!
 //! The longest possible line may end where the next line must be short. So the algorithm tries several of the line's
 //! last frames as the end, and takes the frame from which the next line gets farthest. Then each key moves towards the

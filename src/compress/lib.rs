@@ -14,9 +14,9 @@
 //!    help of the `trellis`. `quantize` has the number formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
-//! 7. `clip` is the result. For FBX it has `curves`.
+//! 7. `clip` is the result. A clip for FBX has `curves`.
 //!
-//! Each format defines the storage of keys. It implements `Encoding` next to its reader and writer.
+//! Each format defines the storage of keys. The format implements `Encoding` next to its reader and writer.
 //!
 //! A [`PackedClip`] stores the result in a compact form, from which a pose is computed without unpacking the rest.
 
@@ -90,7 +90,7 @@ use self::refinement::Refinement;
 const CONSTANT_FRACTION: f32 = 0.2;
 
 /// The part of the bound that key frame reduction of the whole pose may use, if keys are stored in streams.
-/// Quantization uses the rest of the bound. Rotations with 16 or 32 bits need less of it.
+/// Quantization uses the rest of the bound. Rotations with 16 or 32 bits need a smaller rest.
 const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
 
 /// The part of the bound that key frame reduction of the whole pose may use, if keys are stored as 32-bit numbers.

@@ -68,7 +68,7 @@ pub struct Measurement<'a> {
     pub tracks: &'a [CompressedTrack],
     /// The times of the frames in the file, as 32-bit floats. Errors are measured at these times.
     pub times: &'a [f32],
-    /// The rounding error of the raw clip itself, in metres. It is added to every error.
+    /// The rounding error of the raw clip itself, in metres. This rounding error is added to every measured error.
     pub raw_rounding: f64,
     /// The error factor of each joint; empty if all are 1.
     pub weights: &'a [f64],

@@ -12,9 +12,9 @@ use super::{ErrorBound, Float32, Track, compress};
 /// The scene must be in metres: see [`convert_units`](mocap_scene::Scene::convert_units). Afterwards every joint has
 /// keys at its own ticks, and the values of the keys may differ from the values before. A joint's rotation compensates
 /// for the errors of its ancestors, so that errors do not add up along a chain. Errors are measured in object space, as
-/// in the Animation Compression Library. Between keys, positions are interpolated linearly and rotations by slerp. A
-/// cut is kept, because no pair of keys can bridge it within the bound. A track that can be constant within the bound
-/// gets one key.
+/// in the Animation Compression Library. Between keys, positions are interpolated linearly and rotations by slerp. Both
+/// frames of a cut keep their keys, because an interpolation across the cut would exceed the bound. A track that can be
+/// constant within the bound gets one key.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -11,8 +11,8 @@ use mocap_scene::math::soa::single::{LANES, Lanes};
 /// second and third axis.
 pub const CORNERS: usize = 8;
 
-// The approximate bits of a difference in a stream. `src/formats/gltf/stream_size.rs` counts them exactly. Tuned on the
-// fixtures.
+// The approximate bits of a difference in a stream. `src/formats/gltf/stream_size.rs` counts the bits exactly. Tuned on
+// the fixtures.
 
 /// Bits of the low byte of a difference. The number is above 0 even for a zero difference, because other differences of
 /// its group often need bits.

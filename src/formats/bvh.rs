@@ -69,7 +69,7 @@ pub const FORMAT: FormatInfo = FormatInfo {
     ..FormatInfo::BASE
 };
 
-/// A BVH file begins with `HIERARCHY`. Only comment lines may precede it.
+/// A BVH file begins with `HIERARCHY`. Only comment lines may precede this word.
 fn sniff(bytes: &[u8]) -> bool {
     /// The number of bytes at the start of a file that must contain `HIERARCHY` after comment lines.
     const ENOUGH: usize = 64 << 10;

@@ -7,14 +7,14 @@
 //! | data | the block that `POINT:DATA_START` or the header names | one record per frame: x, y, z and residual of each point, then analog samples |
 //!
 //! Numbers are in the format of an Intel, DEC or SGI processor. Coordinates are 32-bit floats if the scale factor is
-//! negative. Otherwise they are 16-bit integers, multiplied by the factor. A negative residual means that the point was
-//! not seen.
+//! negative. Otherwise coordinates are 16-bit integers, multiplied by the factor. A negative residual means that the
+//! point was not seen.
 //!
 //! A marker becomes a node with position keys, the child of a group. The reader computes no skeleton: markers are on
 //! the skin, and finding the joints needs a model of the person (`solve`). A file without markers may have the poses of
 //! segments in the group `ROTATION`. The segments become joints. Events, analog samples and force plates are in the
 //! scene's metadata (`Recording`). Positions are in the file's unit, rotated to +Y up. `POINT:Y_SCREEN` states the
-//! file's up axis; without it +Z is assumed.
+//! file's up axis; without this parameter, +Z is assumed.
 //!
 //! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
 //! damaged files. This crate has its own reader, which checks every count against the remaining bytes.

@@ -53,7 +53,7 @@ pub(super) fn possible(
     Some(stated)
 }
 
-/// Whether the mass or density of a link is negative. Warns if it is.
+/// Whether the mass or density of a link is negative. Warns about a negative value.
 pub(super) fn is_negative(
     quantity: &str,
     value: f64,

@@ -171,8 +171,8 @@ pub struct FormatInfo {
     /// Whether a written file can have rotations in its rest pose. BVH has only OFFSETs.
     #[doc(hidden)]
     pub has_rest_rotations: bool,
-    /// Whether a file keeps shear in rest transforms. It does so if it stores matrices, only positions, or a separate
-    /// rest pose.
+    /// Whether a file keeps shear in rest transforms, because it stores matrices, only positions, or a separate rest
+    /// pose.
     #[doc(hidden)]
     pub keeps_shear: bool,
     /// The contents of a file.
@@ -195,8 +195,8 @@ pub struct FormatInfo {
     pub has_one_rate: bool,
     /// The frame rate of all files in frames per second; `None` if the format does not fix it.
     pub(crate) rate: Option<f64>,
-    /// Whether files are packed clips. Only this program writes them, their joints have the axes of the source, and
-    /// their error bound applies to positions.
+    /// Whether files are packed clips. Only this program writes packed clips. Their joints have the axes of the source,
+    /// and their error bound applies to positions.
     #[doc(hidden)]
     pub is_packed: bool,
     /// Reads the provenance of a file of this program, if its bytes alone state it.

@@ -1,6 +1,6 @@
 //! Packed clips of this crate. Packed clips play without unpacking. This module unpacks them into a normal scene.
 //!
-//! `docs/packed-clip.md` describes the bytes; [`PackedClip`] checks them.
+//! `docs/packed-clip.md` describes the bytes; [`PackedClip`] checks the bytes.
 
 use mocap_compress::PackedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};

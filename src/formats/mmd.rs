@@ -1,6 +1,6 @@
 //! MikuMikuDance: `.pmx`, a model, and `.vmd`, a motion for models with matching bone names.
 //!
-//! A VMD has keys of bones and morphs by name, and no skeleton. The reader combines it with the PMX of its model.
+//! A VMD has keys of bones and morphs by name, and no skeleton. The reader combines the VMD with the PMX of its model.
 //! Without a model, the motion is applied to the bones that most models have, with generic proportions. The frame rate
 //! is 30 frames per second.
 //!

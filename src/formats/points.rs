@@ -106,7 +106,7 @@ fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
     }
 }
 
-/// Treats a marker at the origin as unseen if it is there in all frames, or if otherwise the marker would jump to the
+/// Treats a marker at the origin as unseen if the marker is there in all frames, or if it would otherwise jump to the
 /// origin. Capture systems write zeros for unseen markers.
 pub(crate) fn leave_out_zeros(track: &mut Track) {
     let at_zero = |position: &&Vec3| **position == Vec3::ZERO;

@@ -15,7 +15,7 @@ use crate::Failure;
 /// The bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
 ///
 /// UTF-16 is recognised by its byte order mark, or by a NUL in every second of the first bytes. Bytes that are not
-/// UTF-8 are kept: they matter only in names, which `decode_name` reads as Latin-1.
+/// UTF-8 are kept: such bytes matter only in names, which `decode_name` reads as Latin-1.
 pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     let text = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => Cow::Borrowed(rest),

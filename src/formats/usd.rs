@@ -2,7 +2,7 @@
 //!
 //! `write` writes the text form, `.usda`, and `.usdz`, an archive of the text with its textures (`archive`). `read`
 //! makes a scene of a `.usda` or a `.usdz` file, and `parse` reads the text. The binary form, `.usdc`, is refused. The
-//! error names the command that converts it to text.
+//! error names the command that converts the binary form to text.
 //!
 //! Matrices in USD map row vectors, so a row in a file is a column in a scene.
 

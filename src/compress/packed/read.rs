@@ -210,7 +210,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
 }
 
 /// The contents of the table of nodes. `rest` has the constant transforms; `at_rest` has the transforms of the rest
-/// pose that differ from them. `driven` lists the rotating nodes, and the translating nodes.
+/// pose that differ from the constant transforms. `driven` lists the rotating nodes, and the translating nodes.
 struct Nodes {
     nodes: Vec<ClipNode>,
     rest: Vec<Trs>,

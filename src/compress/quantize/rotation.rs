@@ -44,7 +44,7 @@ pub struct QuantizedRotation {
     /// The integers in the file, before any filter.
     #[doc(hidden)]
     pub stored: [i16; 4],
-    /// The decoded value. Its length is 1 except for rounding. Some readers normalize it, others do not.
+    /// The decoded value. Its length is 1 except for rounding. Some readers normalize the value, other readers do not.
     #[doc(hidden)]
     pub value: Quat,
     /// The number of components so near to the middle between two integers that another decoder may round differently.
@@ -121,8 +121,8 @@ pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -
     /// candidates next to the nearest candidate fit.
     const MAX_STORED: f32 = 0.705;
 
-    /// The dropped component of a unit quaternion below which it is computed from the others with a large error. Tuned
-    /// on the fixtures.
+    /// A dropped component below this value is computed from the other components with a large error. Tuned on the
+    /// fixtures.
     const MIN_DROPPED: f32 = 0.3;
     let larger = |a: usize, b: usize| {
         if components[b].abs() > components[a].abs() {

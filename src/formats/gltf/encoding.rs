@@ -15,11 +15,11 @@ struct Meshopt {
     constant_step: Option<f64>,
 }
 
-// Constants are rounded to a fraction of the error bound. They are in the JSON, where a digit takes a byte. The
-// fractions are tuned on the fixtures.
+// Constants are rounded to a fraction of the error bound. The constants are in the JSON, where a digit takes a byte.
+// The fractions are tuned on the fixtures.
 
-/// The step of constants as a fraction of the bound, with 16-bit rotations. Another digit takes fewer bytes than the
-/// keys that it saves.
+/// The step of constants as a fraction of the bound, with 16-bit rotations. Another digit saves keys that take more
+/// bytes than the digit.
 const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
 
 /// The step of constants as a fraction of the bound, with meshopt, where another digit costs more than it saves.

@@ -187,7 +187,7 @@ impl<'a> File<'a> {
     }
 
     /// The nodes that only show something, in a file with skins: they have no children and no motion, and are not
-    /// joints. A scene omits them, so their transforms are not computed.
+    /// joints. A scene omits these nodes, so their transforms are not computed.
     ///
     /// # Errors
     /// A skin or an animation names a node that does not exist.

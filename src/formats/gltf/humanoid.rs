@@ -13,7 +13,7 @@ use crate::Failure;
 /// The extension of a VRM animation.
 pub(super) use super::VRM_ANIMATION_EXTENSION as VRM_ANIMATION;
 
-/// The look expressions of VRM. A VRM animation must not have them, because its gaze replaces them.
+/// The look expressions of VRM. A VRM animation must not have look expressions, because its gaze replaces them.
 const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
 
 /// The extensions of a file that state a humanoid.

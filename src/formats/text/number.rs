@@ -24,7 +24,7 @@ const MICROSOFT: [(&str, f64); 4] = [
 
 /// The number at the start of `word`, correctly rounded.
 ///
-/// The rest of the word may follow. The caller decides whether it is another number (`0.0-5.0`) or an error.
+/// The rest of the word may follow. The caller decides whether the rest is another number (`0.0-5.0`) or an error.
 pub fn parse(word: &[u8]) -> Option<Number> {
     let digits = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
     let sign = word.len() - digits.len();

@@ -124,7 +124,7 @@ const INHERITED: [&str; 4] = [
     "material:binding",
 ];
 
-/// Parses a layer. It keeps only the attributes that this crate reads, and attributes of meshes only on request.
+/// Parses a layer. The layer keeps only the attributes that this crate reads, and attributes of meshes only on request.
 pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits, with_meshes: bool) -> Result<Layer<'a>, Failure> {
     let mut parser = Parser::new(text, limits);
     parser.with_meshes = with_meshes;

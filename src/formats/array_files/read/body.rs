@@ -49,9 +49,9 @@ pub struct BodyModel {
 
 impl Body {
     /// The rest positions of `joints`; `betas` are the shape coefficients of a model. The positions are relative to the
-    /// origin of the model's template. For a body without a model, they are above the ground. A joint that the body
-    /// lacks gets the distance from its parent in the generic body. A missing joint of the spine is half-way up to the
-    /// neck.
+    /// origin of the model's template. The positions of a body without a model are relative to the ground. A joint that
+    /// the body lacks gets the distance from its parent in the generic body. A missing joint of the spine is half-way
+    /// up to the neck.
     pub(super) fn rest(&self, joints: &[Joint], betas: &[f64]) -> Vec<Vec3> {
         let bones = match self {
             Self::Model(model) => model.bones(betas),

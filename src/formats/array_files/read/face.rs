@@ -183,8 +183,8 @@ fn timecode(text: &str, line: usize) -> Result<Moment, Failure> {
     }
 }
 
-/// The frame rate of timecodes. If the take contains a whole second, it is the smallest usual rate above every frame
-/// number. Otherwise it is [`USUAL_RATE`], which is recorded as an assumption.
+/// The frame rate of timecodes. If the take contains a whole second, the rate is the smallest usual rate above every
+/// frame number. Otherwise the rate is [`USUAL_RATE`], which is recorded as an assumption.
 fn rate_of(moments: &[Moment]) -> (f64, Option<Assumption>) {
     let has_whole_second = moments
         .first()

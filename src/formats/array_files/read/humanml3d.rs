@@ -118,7 +118,7 @@ pub(crate) fn joints(rows: &[f64]) -> Vec<Frame> {
     frames
 }
 
-/// Moves the body to the ground. Rotates it so that in the first frame it is above the origin and faces +Z.
+/// Moves the body to the ground. In the first frame, the result is above the origin and faces +Z.
 fn standing(joints: &[Frame]) -> Vec<Frame> {
     let Some(first) = joints.first() else { return Vec::new() };
     let floor = joints

@@ -18,7 +18,8 @@ use crate::text::{Word, decode, decode_name, is_binary, quote};
 use crate::warnings::{Warnings, cut_row};
 use crate::{Failure, STATE_THE_RATE};
 
-/// The largest number of header lines. Files of OpenSim have ten; some repeat the settings of the tool that wrote them.
+/// The largest number of header lines. Files of OpenSim have ten; some files repeat the settings of the tool that wrote
+/// the file.
 const LONGEST_HEADER: usize = 1000;
 
 /// The columns of a file.

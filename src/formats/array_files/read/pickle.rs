@@ -1,9 +1,9 @@
 //! A small reader for Python pickles: dictionaries, lists, tuples, numbers, strings, and NumPy and PyTorch arrays.
 //! joblib puts the bytes of an array into the pickle, after the object that describes the array.
 //!
-//! A pickle is a program for a stack machine, and may call any Python function. This reader calls none: it knows the
-//! few names that build arrays, and refuses every other name. The operations are from Python's `pickletools`, protocols
-//! 0 to 5.
+//! A pickle is a program for a stack machine, and may call any Python function. This reader calls none: the reader
+//! knows the few names that build arrays, and refuses every other name. The operations are from Python's `pickletools`,
+//! protocols 0 to 5.
 //!
 //! Objects are in one list and refer to each other by index. So a pickle that repeats an object a thousand times takes
 //! no more memory than its bytes. One operation has at least a byte and makes at most one object; an object takes less

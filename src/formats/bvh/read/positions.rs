@@ -62,8 +62,8 @@ pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
 ///
 /// In nearly every real file the positions are unrelated to the OFFSET, or equal to it in the first frame. Such
 /// positions replace the OFFSET. In a few files the positions are relative to the OFFSET. Positions count as relative
-/// in two cases. They are near zero in the first frame or in the median of all frames. Or they stay near zero along an
-/// OFFSET that puts the feet on the floor.
+/// if they are near zero in the first frame or in the median of all frames. Positions also count as relative if they
+/// stay near zero along an OFFSET that puts the feet on the floor.
 pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     /// The fraction of the OFFSET's length that counts as near zero. The real files whose positions must be added are
     /// below 0.0101, all others above 0.3.
@@ -114,7 +114,8 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
 }
 
 /// Whether the positions of the joints other than the root are displacements from their OFFSETs, as in MakeHuman's
-/// files: near zero in all frames while the OFFSETs are not. If they were positions, all joints would be at one point.
+/// files: near zero in all frames while the OFFSETs are not. As positions, such values would put all joints at one
+/// point.
 pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
     /// The fraction of the OFFSET's length within which a position is a displacement: solver noise.
     const NEAR_ZERO: f32 = 0.05;

@@ -313,7 +313,8 @@ impl<'h> Tracks<'h> {
         self.settle_world_positions(warnings).into_iter().collect()
     }
 
-    /// Detects world positions. If they give bones of constant length, makes them relative to the parents.
+    /// Detects world positions. If the world positions give bones of constant length, makes the positions relative to
+    /// the parents.
     fn settle_world_positions(&mut self, warnings: &mut Warnings) -> Option<Assumption> {
         let mut tracks = vec![None; self.hierarchy.joints.len()];
         for (index, track) in self.joints.iter().enumerate() {

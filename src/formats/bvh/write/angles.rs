@@ -80,9 +80,10 @@ impl Angles {
 
 /// A unit quaternion in double precision that rounds to `key`, if there is one.
 ///
-/// A key is a rounded unit quaternion, so its length differs slightly from 1. Scaling it may give numbers that round to
-/// another key. A change of the largest component changes the length most. So the largest component takes as much of
-/// the correction as it can without rounding to its neighbour. Then the next largest component takes its share.
+/// A key is a rounded unit quaternion, so its length differs slightly from 1. Scaling the key to length 1 may give
+/// numbers that round to another key. A change of the largest component changes the length most. So the largest
+/// component takes as much of the correction as it can without rounding to its neighbour. Then the next largest
+/// component takes its share.
 pub fn unit_within(key: Quat) -> Option<DQuat> {
     /// The usable share of the distance to the middle between two neighbouring numbers, with room for rounding.
     const INSIDE: f64 = 1.0 - 1e-7;

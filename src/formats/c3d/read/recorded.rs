@@ -306,8 +306,8 @@ fn plates(
     found
 }
 
-/// The matrix by rows, with moments in newton metres. The file stores it column by column. An array for plates of
-/// several types has larger matrices than this plate needs.
+/// The matrix by rows, with moments in newton metres. The file stores the matrix column by column. An array for plates
+/// of several types has larger matrices than this plate needs.
 fn calibration(matrix: &[f64], sizes: &[usize], plate_type: u32, metres: f64) -> Option<Vec<f64>> {
     let [rows, columns] = ForcePlate::calibration_size(plate_type)?;
     let &[stride, width, ..] = sizes else { return None };

@@ -1,6 +1,6 @@
 //! Encodes the tree of elements: a header, elements that begin with the offset of their end, and a footer.
 //!
-//! The crate `fbxcel` also writes such trees, but it compresses the times of each curve again. The times are more than
+//! The crate `fbxcel` also writes such trees, but compresses the times of each curve again. The times are more than
 //! half of a file, and equal for all curves.
 
 use std::borrow::Cow;

@@ -180,7 +180,8 @@ impl Images {
             },
             ..Surface::default()
         };
-        // If the material has a texture for these factors, they mean nothing without the texture, which is not read.
+        // If the material has a texture for these factors, the factors mean nothing without the texture. The texture is
+        // not read.
         if pbr.metallic_roughness_texture.is_none() {
             surface.metallic = fraction(pbr.metallic_factor);
             surface.roughness = fraction(pbr.roughness_factor);

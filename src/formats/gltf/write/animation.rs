@@ -162,7 +162,7 @@ pub(super) fn write(
     }))
 }
 
-/// The animation, compressed by `options`; `None` if they request no compression.
+/// The animation, compressed by `options`; `None` if the options request no compression.
 fn compressed(
     scene: &Scene,
     animation: &scene::Animation,
@@ -172,7 +172,7 @@ fn compressed(
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing().into());
     }
-    // An unchanged node has all decimals, and the bound must hold with them.
+    // An unchanged node keeps all decimals of its values, so the bound must hold with all decimals.
     let encoding = match nodes {
         Nodes::PassedThrough => options.compression.encoding_with_exact_constants(),
         _ => options.compression.encoding(),

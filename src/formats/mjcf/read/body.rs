@@ -120,7 +120,8 @@ impl<'a> Bodies<'a> {
             let attributes = self.settings.of(inner.element, inner.child_class)?;
             self.joints(&attributes, &name, waiting.parent.is_none(), inner.frame, &mut joints)?;
         }
-        // The base is at its root position, not where the file places the model. It keeps the orientation in the file.
+        // The base is at its root position, not where the file places the model. The base keeps the orientation in the
+        // file.
         if waiting.parent.is_none() {
             origin.translation = DVec3::ZERO;
         }

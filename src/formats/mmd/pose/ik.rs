@@ -4,8 +4,8 @@
 //! at most n times the stated step. In the first half of the loops, a link whose limits allow a single axis, such as a
 //! knee, rotates about that axis. In these loops an angle beyond a limit is reflected, if the reflected angle is within
 //! the limits. So a straight knee bends to the correct side. Limit angles are Euler angles in the order whose middle
-//! axis stays within 90 degrees. These facts come from the authors of browser runtimes for MMD, who compared them with
-//! MMD.
+//! axis stays within 90 degrees. These rules come from the authors of browser runtimes for MMD, who compared the rules
+//! with MMD.
 
 use std::f64::consts::FRAC_PI_2;
 

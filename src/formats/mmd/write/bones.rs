@@ -80,7 +80,7 @@ impl Bones {
             .collect();
         let find = |bones: &[Bone], name: &str| bones.iter().position(|bone| bone.name == name);
         let (hips, centre) = (find(&bones, scene::LOWER), find(&bones, CENTRE));
-        // The reader made the trunk a child of the hips. In the model they are siblings.
+        // The reader made the trunk a child of the hips. In the model, trunk and hips are siblings.
         if let (Some(hips), Some(trunk)) = (hips, find(&bones, &model.trunk))
             && bones[trunk].parent == Some(hips)
         {
@@ -215,8 +215,8 @@ impl Bones {
         let offset = std::mem::take(&mut keys[hips].0);
         let in_world = above(hips) * offset;
         keys[centre].0 += above(centre).inverse() * in_world;
-        // The offset of the hips is now in the centre, which also moves the siblings of the hips. Subtract it from the
-        // trunk.
+        // The offset of the hips is now in the centre, which also moves the siblings of the hips. Subtract the offset
+        // from the trunk.
         let beside = |bone: &usize| *bone != hips && self.bones[*bone].parent == self.bones[hips].parent;
         for bone in (0..keys.len()).filter(beside) {
             let is_trunk = names::bone(&self.bones[bone].name) == Some(HumanoidBone::Spine);

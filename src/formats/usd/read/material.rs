@@ -39,7 +39,7 @@ pub(super) struct Materials<'a> {
     read: Vec<(Material, Option<String>)>,
     /// The files of the archive, if the source is an archive.
     archive: Option<HashMap<&'a [u8], archive::Entry<'a>>>,
-    /// The index of each texture by file path; `None` if it cannot be read.
+    /// The index of each texture by file path; `None` if the texture cannot be read.
     images: HashMap<PathBuf, Option<usize>>,
     /// The texture files that were not read.
     unread: BTreeSet<String>,

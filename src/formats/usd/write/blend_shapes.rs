@@ -1,7 +1,7 @@
 //! Writes morph targets: blend shapes of meshes, and their weights in animations.
 //!
 //! An animation has one weight for each shape name, for all meshes. So morph targets with the same name share a weight
-//! if they move in the same way. Otherwise they get different names.
+//! if they move in the same way. Otherwise the targets get different names.
 
 use mocap_scene::error::Result;
 use mocap_scene::scene::{MorphTarget, Scene};

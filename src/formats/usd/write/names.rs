@@ -6,8 +6,7 @@ use crate::unique_names::UniqueNames;
 pub struct Names(UniqueNames);
 
 impl Names {
-    /// The identifier for a name, or for `instead` if no character remains. If the identifier is taken, it gets a
-    /// suffix.
+    /// The identifier for a name, or for `instead` if no character remains. A taken identifier gets a suffix.
     pub fn unique(&mut self, wanted: &str, instead: &str) -> String {
         self.0.first_free(identifier(wanted, instead), str::to_owned)
     }

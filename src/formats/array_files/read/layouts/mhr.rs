@@ -110,8 +110,8 @@ impl Sample {
             && self.rotations.iter().all(|rotation| rotation.is_finite())
     }
 
-    /// The mean distance between the joints of two samples, over the joints that both have. NaN if they have no joint
-    /// in common.
+    /// The mean distance between the joints of two samples, over the joints that both have. NaN if the samples have no
+    /// joint in common.
     fn distance(&self, other: &Self) -> f64 {
         let moved = (self.place - other.place).as_vec3();
         let pairs = std::iter::zip(&self.positions, &other.positions);

@@ -33,7 +33,7 @@ pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) ->
 }
 
 /// Refuses rows of HumanML3D that were normalized to mean 0 and deviation 1. In other rows, the rotation columns have
-/// length 1, or nearly so if a network made them.
+/// length 1, or nearly 1 if a network made the rows.
 pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
     /// The index of the first rotation number in a row, after the root and the positions.
     const ROTATIONS: usize = 4 + 3 * (humanml3d::JOINTS - 1);

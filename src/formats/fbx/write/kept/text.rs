@@ -1,5 +1,5 @@
-//! Converts a text FBX file to a binary FBX file. The text states no types, so the names of elements and the types of
-//! properties determine them. The names are those that Autodesk's SDK and Blender write.
+//! Converts a text FBX file to a binary FBX file. The text states no types of values, so the names of elements and the
+//! types of properties determine the types of values. The names are those that Autodesk's SDK and Blender write.
 
 use std::borrow::Cow;
 

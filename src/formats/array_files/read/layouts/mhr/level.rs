@@ -23,7 +23,7 @@ const FOOT_NOISE: f64 = 0.03;
 const POSTURE_NOISE: [f64; 2] = [0.06, 0.14];
 
 /// The standard deviation of the up direction from parallel soles, in radians. In the clips of `POSTURE_NOISE`, the
-/// median error is 1.4 degrees. In the fifth of the clips with the largest errors, it is 11 degrees.
+/// median error is 1.4 degrees. In the fifth of the clips with the largest errors, the median error is 11 degrees.
 const SOLE_NOISE: f64 = 0.07;
 
 /// The largest angle in degrees between soles on the same ground.
