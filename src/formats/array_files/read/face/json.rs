@@ -34,8 +34,8 @@ const TIMES: [(&str, f64); 5] = [
 /// The frame rate in Hz if no frame has a time.
 const USUAL_RATE: f64 = 30.0;
 
-/// If the times of two frames differ by at least this number, read as seconds, the times are in milliseconds. Every
-/// take has more than one frame per second.
+/// If the step between frames, read as seconds, is at least this number, the times are in milliseconds. Every take has
+/// more than one frame per second.
 const SLOWEST: f64 = 1.0;
 
 /// The largest relative difference between a frame rate and a whole number that counts as rounding: timestamps are
