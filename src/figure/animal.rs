@@ -145,6 +145,21 @@ impl AnimalTrack {
         track
     }
 
+    /// Rotates the world to other axes with +Z up. `to_world` is the rotation from the axes of the file.
+    pub fn turn(&mut self, to_world: DQuat) {
+        let turn = to_world * self.to_world.inverse();
+        self.to_world = to_world;
+        for frame in &mut self.frames {
+            frame.centre = turn * frame.centre;
+            frame.rotation = (turn * frame.rotation).normalize();
+            let points = [&mut frame.hips, &mut frame.knees, &mut frame.paws];
+            let ankles = frame.ankles.iter_mut().flatten();
+            for point in points.into_iter().flatten().chain(ankles) {
+                *point = turn * *point;
+            }
+        }
+    }
+
     /// Rotates the trunk by its mean tilt during contacts, because the shoulders may be lower or higher than the hips.
     fn level(&mut self) {
         let tilts = self.frames.iter().map(|frame| (frame.rotation * DVec3::X).z.asin());

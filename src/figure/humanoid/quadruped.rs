@@ -46,6 +46,9 @@ const SHORTEST_LEG: f32 = 0.55;
 /// The largest length of a girdle, the first bone of a leg, as a fraction of the chain. Thighs are longer.
 const SHORT_GIRDLE: f32 = 0.2;
 
+/// The largest distance between joints at one place, as a fraction of the chain: rounding.
+const AT_ONE_PLACE: f32 = 1e-3;
+
 /// A leg of an animal on four legs: the joints at which its segments begin.
 ///
 /// [`Figure::quadruped`](crate::Figure::quadruped) has an example.
@@ -222,13 +225,17 @@ impl Limb {
         let is_bone = |node: &usize| tree.is_joint[*node] && (!tree.names[*node].is_helper || *node == root);
         let mut joints: Vec<usize> = chain.iter().copied().filter(is_bone).collect();
         let total = tree.length_of(&chain);
-        let first = joints.windows(2).next().map(|pair| tree.between(pair[0], pair[1]));
-        let has_girdle = joints.len() > 2
-            && (first.is_some_and(|length| length < SHORT_GIRDLE * total) || {
-                let says = |index: usize, part| tree.names[joints[index]].says(part);
-                says(0, Part::Shoulder) && (joints.len() > 4 || says(1, Part::UpperArm))
-            });
-        let girdle = has_girdle.then(|| joints.remove(0));
+        let mut girdle = None;
+        // Several hinges of a robot may carry a leg, and several may be at its hip.
+        while let [first, second, _, ..] = joints[..] {
+            let most = if girdle.is_some() { AT_ONE_PLACE } else { SHORT_GIRDLE };
+            let says = |node: usize, part| tree.names[node].says(part);
+            let is_named = says(first, Part::Shoulder) && (joints.len() > 4 || says(second, Part::UpperArm));
+            if tree.between(first, second) >= most * total && !is_named {
+                break;
+            }
+            girdle = Some(joints.remove(0));
+        }
         let (upper, lower, ankle, paw) = match joints[..] {
             [upper, lower, ankle, paw, ..] => (upper, lower, Some(ankle), paw),
             [upper, lower, paw] => (upper, lower, None, paw),

@@ -83,12 +83,7 @@ impl RobotMotion {
         if !is_alike {
             return None;
         }
-        let to_world = match scene.metadata.up? {
-            UpAxis::Z => DQuat::IDENTITY,
-            UpAxis::Y => DQuat::from_rotation_x(FRAC_PI_2),
-            UpAxis::NegY | UpAxis::NegZ => return None,
-        };
-        Self::of_clip(robot, scene, animation, to_world).ok()
+        Self::of_clip(robot, scene, animation, world_of_robot(scene)?).ok()
     }
 
     /// Converts an animation of a scene of the robot's links. `to_world` rotates its axes to +Z up.
@@ -129,6 +124,15 @@ impl RobotMotion {
             }
         }
         Ok(motion)
+    }
+}
+
+/// The rotation from the axes of a scene in which a robot moves to the robot's axes, with +Z up.
+pub(super) fn world_of_robot(scene: &Scene) -> Option<DQuat> {
+    match scene.metadata.up? {
+        UpAxis::Z => Some(DQuat::IDENTITY),
+        UpAxis::Y => Some(DQuat::from_rotation_x(FRAC_PI_2)),
+        UpAxis::NegY | UpAxis::NegZ => None,
     }
 }
 

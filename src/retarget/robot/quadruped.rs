@@ -23,6 +23,7 @@ use super::four_legs::{RobotLeg, RobotLegs};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::raised;
 use super::motion::{RobotMotion, rate};
+use super::of_scene::world_of_robot;
 use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued, own_motion};
 use super::robot_report::RobotReport;
 use super::solver::{Bounds, Solver};
@@ -139,17 +140,24 @@ impl QuadrupedRetargeter {
     /// [`Code::LimitExceeded`] if the time scale makes the motion far longer.
     pub(crate) fn clip(&self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport, Option<Scene>)> {
         let animation = &source.animations[index];
-        let track = AnimalTrack::new(source, animation, &self.figure, &self.animal);
+        let mut track = AnimalTrack::new(source, animation, &self.figure, &self.animal);
         let scale = match self.options.scale {
             Scale::Factor(factor) => factor,
             Scale::Auto | Scale::None => 1.0,
         };
         let own = own_motion(&self.robot, (source, animation), &Bounds::of(&self.kinematics), scale);
-        let is_own = own.is_some();
+        let own_world = own.as_ref().and_then(|_| world_of_robot(source));
         let mut motion = own.unwrap_or_else(|| self.follow(&track, animation));
+        if let Some(to_world) = own_world {
+            keep_world(&mut track, to_world, &motion);
+        }
         motion.contacts = track.contacts.iter().map(|stands| [stands[0], stands[1]]).collect();
         motion.hind_contacts = track.contacts.iter().map(|stands| [stands[2], stands[3]]).collect();
-        let steps = if is_own { 1.0 } else { self.scales(&track).1 };
+        let steps = if own_world.is_some() {
+            1.0
+        } else {
+            self.scales(&track).1
+        };
         let soles = self.soles();
         let dynamics = |motion: &RobotMotion| feasibility(&self.robot, &self.kinematics, &soles, motion);
         let time_scale = self.options.time_scale;
@@ -159,6 +167,9 @@ impl QuadrupedRetargeter {
         };
         let (source, motion) = (scaled.source, scaled.motion);
         let mut track = AnimalTrack::new(&source, &source.animations[index], &self.figure, &self.animal);
+        if let Some(to_world) = own_world {
+            keep_world(&mut track, to_world, &motion);
+        }
         let contacts = std::iter::zip(&motion.contacts, &motion.hind_contacts);
         track.contacts = contacts
             .map(|(front, hind)| [front[0], front[1], hind[0], hind[1]])
@@ -431,6 +442,14 @@ impl QuadrupedRetargeter {
             heights.push(self.legs.legs.each_ref().map(|leg| leg.sole_height(pose)));
         });
         heights
+    }
+}
+
+/// Compares the robot's own motion in the axes of its file, and relative to its base.
+fn keep_world(track: &mut AnimalTrack, to_world: DQuat, motion: &RobotMotion) {
+    track.turn(to_world);
+    for (frame, root) in std::iter::zip(&mut track.frames, &motion.root) {
+        frame.rotation = root.rotation;
     }
 }
 
