@@ -30,7 +30,9 @@ impl LegGoal {
     pub fn new(standing: &Pose, leg: &QuadrupedLeg, ankle: Option<NodeId>, left: Vec3) -> Self {
         let end = ankle.unwrap_or(leg.paw);
         let knee = rotation_of(&standing.node_to_world[leg.lower.index()]);
-        let bend = axis(standing, [leg.upper, leg.lower, end]).unwrap_or(left);
+        // A straight stifle bends forward, and a straight elbow bends backward.
+        let side = if leg.is_fore { left } else { -left };
+        let bend = axis(standing, [leg.upper, leg.lower, end]).unwrap_or(side);
         Self {
             upper: leg.upper,
             lower: leg.lower,

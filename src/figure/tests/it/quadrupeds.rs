@@ -3,8 +3,9 @@
 
 use mocap::figure::report::Quadruped;
 use mocap::figure::{Confidence, Creature, Figure};
-use mocap::glam::{Mat4, Quat};
+use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{NodeId, Scene};
+use mocap_figure::animal::LegGoal;
 
 use crate::animals::{CAT, DOG, LLAMA, PERSON};
 use crate::placed_joints::{Joint, scene};
@@ -196,4 +197,65 @@ fn a_walking_dog_needs_no_names() {
         figure.humanoid.reason
     );
     assert_eq!(figure.quadruped(&scene).map(legs), expected);
+}
+
+/// The stifles bend forward. The elbows and the hocks bend backward, in the mean of a captured walk.
+#[test]
+fn joints_of_a_walking_dog_bend_to_their_sides() {
+    let scene = read("made/dog_walk.bvh");
+    let dog = found(&scene).unwrap();
+    let animation = &scene.animations[0];
+    let binding = mocap::Binding::new(&scene, animation);
+    let mut pose = mocap::Pose::rest(&scene);
+    let mut bends = [[0.0; 2]; 4];
+    for frame in 0..animation.frame_count() {
+        pose.sample(&binding, animation, frame as f64);
+        let tops = dog.legs.each_ref().map(|leg| pose.position(leg.upper));
+        let forward = (tops[0] + tops[1] - tops[2] - tops[3]).with_y(0.0).normalize();
+        for (leg, bends) in dog.legs.iter().zip(&mut bends) {
+            let ankle = leg.ankle.unwrap();
+            let joints = [[leg.upper, leg.lower, ankle], [leg.lower, ankle, leg.paw]];
+            for (nodes, bend) in joints.into_iter().zip(bends) {
+                // The distance of a joint in front of the line between its two neighbours.
+                let [above, joint, below] = nodes.map(|node| pose.position(node));
+                *bend += (joint - above).reject_from(below - above).dot(forward);
+            }
+        }
+    }
+    let [left_fore, right_fore, left_hind, right_hind] = bends;
+    for [elbow, _] in [left_fore, right_fore] {
+        assert!(elbow < 0.0, "{bends:?}");
+    }
+    for [stifle, hock] in [left_hind, right_hind] {
+        assert!(stifle > 0.0 && hock < 0.0, "{bends:?}");
+    }
+}
+
+/// A straight leg shows no side to which it bends.
+#[test]
+fn straight_legs_bend_to_the_sides_of_animals() {
+    let mut scene = scene(&dog());
+    let animal = found(&scene).unwrap();
+    let rest = mocap::Pose::rest(&scene);
+    for leg in &animal.legs {
+        let end = leg.ankle.unwrap_or(leg.paw);
+        let [upper, end_at] = [leg.upper, end].map(|node| rest.position(node));
+        let middle = upper.midpoint(end_at);
+        for (node, offset) in [(leg.lower, middle - upper), (end, end_at - middle)] {
+            scene.nodes[node.index()].transform = Mat4::from_translation(offset);
+        }
+    }
+    // The dog faces +X, with its left at -Z.
+    let straight = mocap::Pose::rest(&scene);
+    for leg in &animal.legs {
+        let goal = LegGoal::new(&straight, leg, leg.ankle, -Vec3::Z);
+        let mut pose = straight.clone();
+        let [hip, paw] = [leg.upper, leg.paw].map(|node| pose.position(node));
+        goal.reach(&mut pose, paw.lerp(hip, 0.2));
+        let [knee, paw] = [leg.lower, leg.paw].map(|node| pose.position(node));
+        let ahead = (knee - hip).reject_from(paw - hip).x;
+        let length = hip.distance(paw);
+        let bends = if leg.is_fore { -ahead } else { ahead };
+        assert!(bends > 0.1 * length, "{}: {ahead} of {length}", leg.as_str());
+    }
 }
