@@ -223,15 +223,22 @@ impl Limb {
         let chain = tree.chain(root);
         let tip = *chain.last()?;
         let is_bone = |node: &usize| tree.is_joint[*node] && (!tree.names[*node].is_helper || *node == root);
-        let mut joints: Vec<usize> = chain.iter().copied().filter(is_bone).collect();
         let total = tree.length_of(&chain);
+        let mut joints: Vec<usize> = Vec::new();
+        for node in chain.iter().copied().filter(is_bone) {
+            match joints.last_mut() {
+                // Hinges of a robot at one place are one joint. Its links move with the last hinge.
+                Some(last) if tree.between(*last, node) <= AT_ONE_PLACE * total => *last = node,
+                _ => joints.push(node),
+            }
+        }
         let mut girdle = None;
-        // Several hinges of a robot may carry a leg, and several may be at its hip.
+        // Several hinges of a robot may carry a leg.
         while let [first, second, _, ..] = joints[..] {
-            let most = if girdle.is_some() { AT_ONE_PLACE } else { SHORT_GIRDLE };
             let says = |node: usize, part| tree.names[node].says(part);
             let is_named = says(first, Part::Shoulder) && (joints.len() > 4 || says(second, Part::UpperArm));
-            if tree.between(first, second) >= most * total && !is_named {
+            let is_short = girdle.is_none() && tree.between(first, second) < SHORT_GIRDLE * total;
+            if !is_short && !is_named {
                 break;
             }
             girdle = Some(joints.remove(0));
