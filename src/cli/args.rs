@@ -100,7 +100,7 @@ pub(crate) enum Command {
     Fk(FkArgs),
     /// Write joint angles in the conventions of biomechanics, for OpenSim or as a table
     Angles(AnglesArgs),
-    /// Print gait parameters: heel strikes, toe offs, cadence, speed, step lengths
+    /// Print gait parameters: heel strikes, toe offs, cadence, step lengths; or the gaits of an animal
     Gait(GaitArgs),
     /// Write ground reaction forces from the force plates of a C3D file, for OpenSim or as a table
     Forces(SeriesArgs),

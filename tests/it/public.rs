@@ -7,7 +7,7 @@ use crate::source::{ItemPath, Modules, Source, is_hidden, sources};
 /// The number of public names of the library: types, functions and constants. A new name must be worth its line in the
 /// documentation. If the number becomes smaller, it is changed here. Modules called `report` are not counted: a program
 /// reads fields of a report, and need not name its types.
-const PUBLIC_NAMES: usize = 200;
+const PUBLIC_NAMES: usize = 201;
 
 /// The items that the root package re-exports and does not hide. Each item has its place of declaration, and the path
 /// by which a user names it. Methods and modules do not count.
@@ -167,6 +167,7 @@ const CLOSED: &[&str] = &[
     "AlongBone",
     "AnalogChannel",
     "AppliedStep",
+    "BodyGait",
     "Confidence",
     "Event",
     "Face",

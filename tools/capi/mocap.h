@@ -919,7 +919,8 @@ const double *mocap_table_values(const struct mocap_table *table);
  - "recorded": the data of a C3D file besides markers: `events`, `channels` and `plates`; `null` if there are none;
  - "inspect": the output of `mocap info --json`: counts, clips, assumptions, warnings;
  - "bones": the node of each humanoid bone, with confidence and reason;
- - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
+ - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory; for an animal on four
+   legs, the names of its gaits.
 
  Free the text with `mocap_text_free`. NULL if there is no such report; `mocap_error_text` has the reason.
 

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use mocap::biomechanics::report::{AngleCycle, MeanAndDeviation, OutputDifference, SideOfGait};
-use mocap::biomechanics::{Gait, JointAngles};
+use mocap::biomechanics::report::{AngleCycle, AnimalGait, MeanAndDeviation, OutputDifference, SideOfGait};
+use mocap::biomechanics::{BodyGait, Gait, JointAngles};
 use mocap::figure::Side;
 use serde::Serialize;
 
@@ -66,7 +66,15 @@ fn faces_aside(angles: &JointAngles) -> Option<String> {
 
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub(crate) struct GaitReport<'a> {
+#[serde(untagged)]
+pub(crate) enum GaitReport<'a> {
+    Person(GaitOfPerson<'a>),
+    Animal(GaitOfAnimal<'a>),
+}
+
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct GaitOfPerson<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
@@ -74,12 +82,27 @@ pub(crate) struct GaitReport<'a> {
     beside_outputs: Vec<OutputDifference>,
 }
 
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct GaitOfAnimal<'a> {
+    file: String,
+    #[serde(flatten)]
+    gait: &'a AnimalGait,
+}
+
 pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
     report::warnings(Some(&args.file), &args.source.contradictions(&scene));
     args.source.state(&mut scene);
     let figure = mapped_figure(&scene, &args.map)?;
-    let gait = Gait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))?;
+    let file = args.file.display().to_string();
+    let gait = match BodyGait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))? {
+        BodyGait::Humanoid(gait) => gait,
+        BodyGait::Animal(gait) => {
+            let found = GaitReport::Animal(GaitOfAnimal { file, gait: &gait });
+            return print_report(&found, args.json, Place::Result);
+        }
+    };
     let has_outputs = scene
         .metadata
         .recorded
@@ -87,11 +110,11 @@ pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
         .is_some_and(|recorded| !recorded.outputs.is_empty());
     let angles = has_outputs.then(|| JointAngles::of_figure(&scene, &figure)).transpose();
     let angles = angles.map_err(|error| error.with_path(&args.file))?;
-    let found = GaitReport {
-        file: args.file.display().to_string(),
+    let found = GaitReport::Person(GaitOfPerson {
+        file,
         gait: &gait,
         beside_outputs: angles.map_or_else(Vec::new, |angles| angles.beside_outputs(&scene)),
-    };
+    });
     print_report(&found, args.json, Place::Result)
 }
 
@@ -109,6 +132,15 @@ const ROWS: [Row; 7] = [
 ];
 
 impl fmt::Display for GaitReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Person(found) => found.fmt(f),
+            Self::Animal(found) => write_stretches(f, &found.file, found.gait),
+        }
+    }
+}
+
+impl fmt::Display for GaitOfPerson<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let gait = self.gait;
         let strides = |side: Side| gait.strides.iter().filter(|stride| stride.side == side).count();
@@ -152,6 +184,41 @@ impl fmt::Display for GaitReport<'_> {
         }
         beside(&self.beside_outputs).try_for_each(|line| writeln!(f, "{line}"))
     }
+}
+
+/// Prints the gaits of an animal.
+fn write_stretches(f: &mut fmt::Formatter<'_>, file: &str, gait: &AnimalGait) -> fmt::Result {
+    writeln!(f, "{file}: an animal on four legs\n")?;
+    let head = [
+        "frames",
+        "time, s",
+        "gait",
+        "confidence",
+        "strides",
+        "duty",
+        "lag",
+        "m/s",
+    ];
+    let [frames, time, name, confidence, strides, duty, lag, speed] = head;
+    writeln!(
+        f,
+        "{frames:>13}  {time:>13}  {name:7} {confidence:10} {strides:>7} {duty:>6} {lag:>6} {speed:>6}"
+    )?;
+    for stretch in &gait.stretches {
+        let frames = stretch.frames.map(|frame| frame.to_string()).join(" - ");
+        let time = stretch
+            .frames
+            .map(|frame| format!("{:.2}", frame as f64 / gait.frame_rate));
+        let [duty, lag, speed] = [stretch.duty_factor, stretch.lag, stretch.speed]
+            .map(|measure| measure.map_or_else(|| "-".to_owned(), |measure| format!("{measure:.2}")));
+        let (name, confidence) = (stretch.gait.as_str(), stretch.confidence.as_str());
+        let (time, strides) = (time.join(" - "), stretch.strides);
+        writeln!(
+            f,
+            "{frames:>13}  {time:>13}  {name:7} {confidence:10} {strides:>7} {duty:>6} {lag:>6} {speed:>6}"
+        )?;
+    }
+    Ok(())
 }
 
 /// The angles that are printed over the average stride. With `--json`, all angles are printed.

@@ -3,7 +3,7 @@
 use std::ffi::{CStr, CString, c_char};
 use std::ptr;
 
-use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+use mocap::biomechanics::{BodyGait, JointAngles, TimeSeries};
 use mocap::dump::report::Summary;
 use mocap::figure::Humanoid;
 
@@ -139,7 +139,8 @@ pub unsafe extern "C" fn mocap_table_values(table: *const Table) -> *const f64 {
 /// - "recorded": the data of a C3D file besides markers: `events`, `channels` and `plates`; `null` if there are none;
 /// - "inspect": the output of `mocap info --json`: counts, clips, assumptions, warnings;
 /// - "bones": the node of each humanoid bone, with confidence and reason;
-/// - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory.
+/// - "gait": heel strikes, toe offs and strides of a walk, and the means of a gait laboratory; for an animal on four
+///   legs, the names of its gaits.
 ///
 /// Free the text with `mocap_text_free`. NULL if there is no such report; `mocap_error_text` has the reason.
 ///
@@ -157,7 +158,7 @@ pub unsafe extern "C" fn mocap_report(scene: *const Scene, what: *const c_char) 
             b"recorded" => serde_json::to_string(&scene.metadata.recorded.as_deref()),
             b"inspect" => serde_json::to_string(&Summary::of(scene)),
             b"bones" => serde_json::to_string(&Humanoid::of(scene)),
-            b"gait" => serde_json::to_string(&Gait::of(scene)?),
+            b"gait" => serde_json::to_string(&BodyGait::of(scene)?),
             _ => return Err(unknown(what, "inspect, bones, solved, recorded or gait")),
         };
         let report = report.map_err(|error| Failure::argument(&error.to_string()))?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mocap::arrays::{Arrays, BodyArrays, Rotation};
-use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+use mocap::biomechanics::{BodyGait, JointAngles, TimeSeries};
 use mocap::figure::Figure;
 use mocap::glam::Mat4;
 use mocap::scene::report::MarkerSolution;
@@ -275,7 +275,7 @@ impl Scene {
 
     /// The gait parameters as JSON.
     fn gait(&self, py: Python<'_>) -> PyResult<String> {
-        let gait = py.detach(|| Gait::of(&self.scene));
+        let gait = py.detach(|| BodyGait::of(&self.scene));
         let gait = gait.map_err(|error| to_python(py, &error))?;
         json(&gait)
     }

@@ -352,7 +352,10 @@ export class Scene {
   groundForces(): Table;
   /** The analog channels of a C3D file. */
   analog(): Table;
-  /** Heel strikes, toe offs, strides and means, as `mocap gait --json` prints them. */
+  /**
+   * Heel strikes, toe offs, strides and means of a person, or the names of an animal's gaits, as `mocap gait --json`
+   * prints them.
+   */
   gait(): Record<string, unknown>;
   /** Events, channels and force plates of a C3D file; null if it has none. */
   readonly recorded: Recorded | null;

@@ -1,7 +1,7 @@
 //! Tables over time and reports for laboratories.
 
 use mocap::Scene;
-use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
+use mocap::biomechanics::{BodyGait, JointAngles, TimeSeries};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
@@ -53,7 +53,7 @@ pub(crate) fn table(scene: &Scene, columns: Columns) -> Result<Answer, Failure> 
 /// no such data.
 pub(crate) fn report(scene: &Scene, report: Report) -> Result<Answer, Failure> {
     let text = match report {
-        Report::Gait => json(&Gait::of(scene)?),
+        Report::Gait => json(&BodyGait::of(scene)?),
         Report::Recorded => json(&scene.metadata.recorded.as_deref()),
         Report::Solved => json(&scene.metadata.solved.as_deref()),
     }?;

@@ -1,5 +1,6 @@
 //! Tests of joint angles in poses with known angles, and of the steps of walks.
 
+mod animals;
 mod events;
 mod gait;
 mod plates;

@@ -391,8 +391,11 @@ class Scene:
         ``step_time`` in seconds, ``stance`` in per cent, ``speed`` in metres per second: each of these has ``mean``,
         ``deviation`` and ``count``, or is ``None``.
 
+        For an animal on four legs, the keys are ``frame_rate``, ``stretches`` and ``paws``. A stretch has ``gait``,
+        such as ``"trot"``, ``confidence``, ``frames``, ``strides``, ``duty_factor``, ``lag`` and ``speed``.
+
         Raises:
-            MocapError: If no humanoid is found, or no foot makes a stride.
+            MocapError: If no humanoid and no animal is found, or no foot of a humanoid makes a stride.
         """
         gait: Report = parsed(self._native.gait())
         return gait
