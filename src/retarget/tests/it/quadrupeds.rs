@@ -116,8 +116,8 @@ fn a_dog_walks_on_a_robot_within_its_limits() {
 }
 
 /// A robot with the joints of an animal: ankles and paws, and three joints in each of five parts of a spine. The front
-/// legs are on the base, and the hind legs are on the end of the spine. If `with_blades`, each hip has three hinges, and
-/// three hinges that lie apart carry each front leg, as in dm_control's dog.
+/// legs are on the base, and the hind legs are on the end of the spine. If `with_blades`, each hip has three hinges, each
+/// ankle has two, and three hinges that lie apart carry each front leg, as in dm_control's dog.
 fn animal_robot(with_blades: bool) -> Robot {
     let mut text = format!(r#"<robot name="dog, blades: {with_blades}"><link name="base"/>"#);
     let mut part = |name: &str, parent: &str, at: [f64; 3], axis: &str, [lower, upper]: [f64; 2], shape: &str| {
@@ -172,7 +172,13 @@ fn animal_robot(with_blades: bool) -> Robot {
         }
         part(&thigh, &above, [0.0, 0.0, 0.0], "0 -1 0", [-1.5, 1.5], "");
         part(&shin, &thigh, [0.0, 0.0, -0.16], "0 -1 0", [-2.2, 2.2], "");
-        part(&foot, &shin, [0.0, 0.0, -0.15], "0 -1 0", [-2.2, 2.2], "");
+        let (mut above, mut at) = (shin, [0.0, 0.0, -0.15]);
+        if with_blades {
+            let anchor = format!("{leg}_anchor");
+            part(&anchor, &above, at, "0 0 1", [-0.1, 0.1], "");
+            (above, at) = (anchor, [0.0; 3]);
+        }
+        part(&foot, &above, at, "0 -1 0", [-2.2, 2.2], "");
         part(&toe, &foot, [0.0, 0.0, -0.06], "0 -1 0", [-1.5, 1.5], paw);
     }
     text += "</robot>";
