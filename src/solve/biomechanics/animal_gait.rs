@@ -1,8 +1,9 @@
 //! The gaits of an animal on four legs.
 //!
-//! The footfalls of a stride name the gait, as in Hildebrand (Science 150, 1965). In walk, trot and pace, both legs of a
-//! pair strike evenly in time. The lag tells these gaits apart: the part of the stride from the strike of a hind paw to
-//! the strike of the fore paw of the same side. In canter and gallop, the legs of a pair strike soon after each other.
+//! The footfalls of a stride name the gait, as in Hildebrand (Science 150, 1965). In walk, trot and pace, both legs of
+//! a pair strike evenly in time. The lag tells these gaits apart: the part of the stride from the strike of a hind paw
+//! to the strike of the fore paw of the same side. In canter and gallop, the legs of a pair strike soon after each
+//! other.
 //!
 //! A paw strikes when it is foremost relative to its hip or shoulder, and lifts when it is rearmost (Zeni, Richards and
 //! Higginson, 2008). So gaits on a treadmill have names too.
@@ -49,7 +50,8 @@ const NEAR_MIDDLE: f64 = 0.6;
 /// Labrador have up to 0.05, and canters have 0.2.
 const UNEVEN: f64 = 0.12;
 
-/// The largest lag between a hind paw and the fore paw of the other side in a canter. They strike together.
+/// The largest lag between a hind paw and the fore paw of the other side in a canter, as a fraction of the stride. They
+/// strike together.
 const TOGETHER: f64 = 0.1;
 
 /// The smallest Froude number of a canter or a gallop: the square of the speed by gravity and the leg. Animals walk
@@ -59,7 +61,7 @@ const RUNS: f64 = 0.5;
 /// The duty factor above which a gait is a walk: the part of a stride in which a paw is on the ground.
 const WALKS: f64 = 0.5;
 
-/// The smallest lag of a trot: half-way between the even four beats of a walk and the trot.
+/// The smallest lag of a trot, as a fraction of the stride: half-way between the four even beats of a walk and a trot.
 const TROT: f64 = 0.375;
 
 /// The largest lags of a pace with the duty factor of a walk, and of a faster pace. A walk of dogs has lags from 0.1.
@@ -78,7 +80,7 @@ const FLIES: f64 = 1.0;
 /// The shortest stretch that is not a jump, in seconds. Strides of dogs last at least 0.25 s.
 const SHORTEST: f64 = 0.25;
 
-/// The margins of a measure from the nearest limit that make a name sure, and likely.
+/// The margins from the nearest limit that make a name sure, and likely, as a fraction of the stride or of the leg.
 const MARGINS: [f64; 2] = [0.05, 0.02];
 
 /// The name of an animal's gait, or of its posture without steps.
@@ -432,8 +434,8 @@ fn jumps(track: &AnimalTrack, shortest: f64) -> Vec<([usize; 2], f64)> {
     found
 }
 
-/// The gait, and the first and the last frame of each run. A run of fewer than `shortest` frames that is no jump belongs
-/// to the run before it, or at the start to the run after it.
+/// The gait, and the first and the last frame of each run. A run of fewer than `shortest` frames that is no jump
+/// belongs to the run before it, or at the start to the run after it.
 fn runs(named: &[Named], shortest: usize) -> Vec<(GaitName, [usize; 2])> {
     let mut runs: Vec<(GaitName, [usize; 2])> = Vec::new();
     let mut begin = 0;
