@@ -44,9 +44,9 @@ fn steady_track(mut track: Track, noise: f64) -> Track {
     let reflections: Vec<usize> = (0..track.len()).filter(is_reflection).collect();
     reflections.iter().for_each(|frame| track[*frame] = None);
     for frame in reflections {
-        let last = (frame + SIDES[0]).min(track.len() - 1);
-        for near in frame.saturating_sub(SIDES[0])..=last {
-            widest[near] = Sums::of(&track, near, SIDES[0]);
+        let near = widest.iter_mut().enumerate().take(frame + SIDES[0] + 1);
+        for (near, sums) in near.skip(frame.saturating_sub(SIDES[0])) {
+            *sums = Sums::of(&track, near, SIDES[0]);
         }
     }
     let steady = |(frame, at): (usize, &Option<DVec3>)| {
