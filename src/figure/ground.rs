@@ -348,8 +348,8 @@ pub(crate) fn of_skeleton(body: &Body) -> f32 {
     }
 }
 
-/// The height of the floor in the reference pose. If the pose stands on a ground, this is the ground, and otherwise the
-/// height of the lowest joint.
+/// The height of the floor in the reference pose. If the pose stands on the ground, this is the height of the ground,
+/// and otherwise of the lowest joint.
 pub fn floor(body: &Body) -> f32 {
     match of_rest(body) {
         Some(_) => 0.0,

@@ -235,7 +235,7 @@ const RELAXED_FOREARM: f64 = 90.0;
 /// The rotations of all bones from the T-pose to a pose with given joint angles. They are in the axes of the T-pose: +X
 /// left, +Y up, +Z forward. The rotation of the hips is relative to the world, and any other rotation is relative to
 /// the parent bone. `angle` gives an angle in degrees for a column name of `biomechanics::JointAngles`. A joint without
-/// angles is as in a body that stands with hanging arms.
+/// angles has its rotation in a body that stands with hanging arms.
 pub fn rotations_of(angle: &dyn Fn(&str) -> Option<f64>) -> Vec<(Bone, DQuat)> {
     let pelvis = Rotations::PLAIN.back(["pelvis_tilt", "pelvis_list", "pelvis_rotation"].map(angle));
     let mut all = vec![(Bone::Hips, to_t_pose_axes(pelvis))];

@@ -107,7 +107,7 @@ impl<'a> Measures<'a> {
         length.is_finite().then_some(length)
     }
 
-    /// The unit at which the bones have the lengths of a person.
+    /// The unit in which the bones have the lengths of a person's bones.
     pub(super) fn unit(&self) -> Option<Guess<Unit>> {
         let leg = self.leg_length()?;
         Some(unit_of(self.bone_length(), leg, family_unit(self.scene)))
@@ -280,7 +280,7 @@ impl<'a> Measures<'a> {
         }
     }
 
-    /// The kind of the rest pose. `up` is the axis of the world.
+    /// The kind of the rest pose. `up` is the up axis of the world.
     pub(super) fn rest_pose(&self, up: Axis) -> Guess<RestPose> {
         let guess = |value, confidence, reason: String| Guess {
             value,

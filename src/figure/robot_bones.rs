@@ -4,8 +4,8 @@
 //! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs. Two
 //! limbs that begin at one link and mirror each other are a pair. The pair that reaches lowest is the legs. The pair
 //! that begins highest is the arms. In a limb, the knee or the elbow is the joint with the name of a knee or an elbow.
-//! If several joints have this name, it is the first one with an axis across the limb. If no joint has this name, it is
-//! the joint with the longest links above and below it, or otherwise the fourth joint.
+//! If several joints have this name, the first joint with an axis across the limb is chosen. If no joint has this name,
+//! the joint with the longest links above and below it is chosen, or otherwise the fourth joint.
 
 mod feet;
 pub mod moving;

@@ -4,7 +4,8 @@ use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};
 
 /// The largest distance between quaternions that counts as rounding. It is a rotation of 4e-6 radians, or 4 micrometres
-/// at the end of an arm of a metre. Products along the chain of joints round by up to 2e-6 radians, at a finger.
+/// at the end of a 1 m arm. The product of the rotations from the root to a finger has a rounding error of up to 2e-6
+/// radians.
 const ROUNDING: f32 = 2e-6;
 
 /// The whole ticks of an animation, and its end.

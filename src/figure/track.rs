@@ -56,8 +56,8 @@ impl Track {
     }
 }
 
-/// Whether the parent of a bone does not follow the twist of the bone: the skin spreads the twist along a thigh or an
-/// upper arm.
+/// Whether a bone is twisted against its parent at its beginning. This holds for thighs and upper arms, along which the
+/// skin spreads the twist.
 pub fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }

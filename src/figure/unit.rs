@@ -115,8 +115,8 @@ const ANYBODY: [f64; 2] = [0.72, 2.2];
 /// without a known unit.
 const USUAL_LEG: f64 = 0.833;
 
-/// The length of thigh plus shin, as a part of the bones from ankle to head: 0.49 of the height, and 0.787. It is used
-/// for figures without a head.
+/// The length of thigh plus shin, as a fraction of the length of the bones from ankle to head. The two lengths are 0.49
+/// and 0.787 of the height. The ratio is used for figures without a head.
 const LEG: f64 = 0.49 / 0.787;
 
 /// The largest plausible ratio between the sizes of the figure and an average person, in both directions. Giants and
@@ -163,7 +163,8 @@ pub(super) fn family_unit(scene: &Scene) -> Option<(Unit, &'static str)> {
     }
 }
 
-/// The unit by the lengths of the bones from ankle to head, if there is a head, and of a leg.
+/// The unit in which the bones have the lengths of a person's bones. `whole` is the length of the bones from ankle to
+/// head; without a head, the length of a leg decides.
 pub(super) fn unit_of(whole: Option<f64>, leg: f64, family: Option<(Unit, &'static str)>) -> Guess<Unit> {
     let (bones, length, part) = match whole {
         Some(length) => ("bones from ankle to head", length, 1.0),
@@ -193,7 +194,7 @@ pub(super) fn unit_of(whole: Option<f64>, leg: f64, family: Option<(Unit, &'stat
         Unit::Decimetre,
     ];
     if let Some(unit) = known.into_iter().find(|unit| within(unit, ADULT)) {
-        // Decimetres and CMU's unit are rare in files without the names of these programs.
+        // Decimetres, inches and CMU's unit are rare in files without the joint names of a known program or database.
         let is_common = !matches!(unit, Unit::Decimetre | Unit::Cmu | Unit::Inch);
         return Guess {
             value: unit,
@@ -205,7 +206,7 @@ pub(super) fn unit_of(whole: Option<f64>, leg: f64, family: Option<(Unit, &'stat
             reason: measured(unit),
         };
     }
-    // Children and giants, in the three most common units.
+    // For the size of a child or a giant, try only the three most common units.
     if let Some(unit) = known[..3].iter().copied().find(|unit| within(unit, ANYBODY)) {
         return Guess {
             value: unit,

@@ -125,8 +125,8 @@ impl Measures<'_> {
         };
         // A body shows its up axis for certain only if it stands.
         let is_upright = stands(axis) || mean.dot(axis.direction().unwrap_or_default()) > UPRIGHT;
-        // A figure that crawls does not stand along the up axis of its rest pose. Along an unusual axis, the rest pose
-        // may rather have another up axis than the motion.
+        // A figure that crawls does not stand along the up axis of its rest pose. If that axis is unusual, the rest
+        // pose and the motion probably have different up axes.
         let is_usual = matches!(axis, Axis::Y | Axis::Z);
         let is_contradicted = !is_usual && stands(axis) && Axis::nearest(mean).0 != axis;
         let confidence = match probability {

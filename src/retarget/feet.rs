@@ -17,8 +17,8 @@ use super::skin::{Skin, Vertex};
 const STANDS: f32 = 0.05;
 
 /// The distance from the joint of the toes to their tip, as a fraction of the horizontal distance from the ankle to the
-/// toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two thirds of it in front of the
-/// heel.
+/// toes. The heel is behind the ankle by a quarter of the foot's length, and the ball is in front of the heel by two
+/// thirds of this length.
 const TIP: f32 = 0.5;
 
 /// The distance from the ankle back to the heel, as a fraction of the distance from the ankle to the toes.

@@ -129,7 +129,7 @@ pub struct PoseRetargetOptions {
     pub scale: Scale,
     /// The joint of each bone of the source. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds the bones.
     pub source: Option<Humanoid>,
-    /// The joint of each bone of the target. Default: as for the source.
+    /// The joint of each bone of the target. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds the bones.
     pub target: Option<Humanoid>,
     /// The weights of [`PoseRetargeter::lock_feet`].
     pub foot_lock: FootLockWeights,
@@ -360,8 +360,8 @@ impl PoseRetargeter {
         }
     }
 
-    /// Locks the feet of `moved`, an animation of the scene `target`, while the feet of the source are in contact, at
-    /// their height above the floor. Contacts are found in the source. The legs follow as in
+    /// Locks the feet of `moved`, an animation of the scene `target`, while the feet of the source are in contact.
+    /// Locked feet keep their height above the floor. Contacts are found in the source. The legs follow as in
     /// [`foot_lock`](mocap_edit::foot_lock()). `animation` is the index of the source's animation.
     ///
     /// On other proportions, the feet of the target slide where the source's feet do not, although each limb has the

@@ -24,8 +24,8 @@ const BENT: f32 = 0.34;
 /// The smallest number of frames that show the plane of a hinge.
 const FEWEST: usize = 5;
 
-/// The largest mean deviation of an elbow's axis in the joint of the forearm from its mean, in radians: 10 degrees.
-/// With a larger deviation the axis is not constant, because the forearm is also twisted.
+/// The largest mean deviation of an elbow's axis from its mean axis, in the axes of the forearm's joint, in radians: 10
+/// degrees. With a larger deviation the axis is not constant, because the forearm is also twisted.
 const CONSTANT: f32 = 0.175;
 
 /// The compared aspect of a body.
@@ -234,7 +234,7 @@ impl<'a> Sight<'a> {
         all
     }
 
-    /// The direction of the target's face, in left, up and forward of its chest.
+    /// The direction of the target's face, in the axes of its chest: left, up, forward.
     fn face_in_chest(&self, is: &Pose) -> Option<Vec3> {
         let head = self.target.joint(Bone::Head)?;
         self.source.joint(Bone::Head)?;

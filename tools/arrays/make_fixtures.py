@@ -2,7 +2,7 @@
 """Writes fixtures/arrays, or the named folder: small files of each layout, and the expected motions (expected.json).
 
 NumPy poses the joints by Rodrigues' definition of a rotation. Tests compare these poses with the program's. All numbers
-are random, from a fixed seed. Needs NumPy and SciPy; This script writes PyTorch's archive itself, without PyTorch.
+are random, from a fixed seed. Needs NumPy and SciPy. This script writes PyTorch's archive itself, without PyTorch.
 """
 import io, json, pathlib, pickle, sys, types, zipfile
 import numpy as np

@@ -10,8 +10,8 @@ files, poses them and measures angles with NumPy, without mocap. In the rest pos
 different rolls. So the median roll over the clip is subtracted for each bone, in the file and in the solution. Only
 frames count in which the knee or the elbow is bent by 20 degrees or more. Two more columns show the limits of the
 comparison: `hinge` is the fraction of frames in which the axis of the bent limb is within 10 degrees of its median in
-the file's bone. Positions contain no more than this axis. `flips` counts rolls of a solved bone by more than 60 degrees
-between two frames, beyond the shortest turn of its direction, that the file does not have.
+the file's bone. Positions contain no more than this axis. `flips` counts flips that only the solved bone
+has: rolls by more than 60 degrees between two frames, beyond the shortest turn of the bone's direction.
 """
 import json, os, subprocess, sys, tempfile
 import numpy as np

@@ -29,7 +29,8 @@ SETS = {
     "rate": ["noise"],
 }
 HANDS = 6  # source clips in which the hands meet
-# How the set `rate` spoils a clip, in turn: each fifth frame is repeated; the file states half the rate; twice; the true one.
+# How the set `rate` spoils a clip, in turn: each fifth frame is repeated; or the file states half of the true rate,
+# twice the true rate, or the true rate.
 RATES = ["repeated", "half", "twice", "true"]
 MEET = 25.0  # hands meet or hold one object if their wrists are nearer than this, in cm
 # The limits of the mean of every sample: the targets that are reached, else values a little above the README's table.

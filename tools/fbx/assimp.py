@@ -4,7 +4,7 @@ import json
 import math
 import subprocess
 
-# In frames: Assimp prints the time of a key with six digits too.
+# The largest distance in frames at which a time counts as at a key, because Assimp prints times with six digits.
 NEXT = 0.05
 
 

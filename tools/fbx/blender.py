@@ -41,7 +41,7 @@ COINCIDENT = 1e-3
 
 
 def children(bone, size):
-    """Those that stand elsewhere; of one that stands in the same place, its own."""
+    """The children that are not at the position of the bone. Their own children replace children at this position."""
     for child in bone.children:
         if size * (child.head_local - bone.head_local).length > COINCIDENT:
             yield child

@@ -33,7 +33,7 @@ BLENDER_ALLOWED = {"run.fbx": 2e-4}
 KEPT = {"arnaud.fbx": "Hips"}
 # The importer built in since Blender 4.5, and the one in Python before it.
 IMPORTERS = ["wm.fbx_import", "import_scene.fbx"]
-# Blender's importer of glTF moves a bone of it, with --bone-axis and without.
+# Blender's importer of glTF puts a bone of this file at another position, with `--bone-axis` and without.
 OTHERWISE_IN_GLTF = {"animation_with_skeleton.fbx"}
 # Joints without names; the file has arbitrary names for them.
 UNNAMED = {"unnamed_joints_between_meshes.gltf"}

@@ -64,7 +64,7 @@ const results = frames.map(({ own, off }) => {
     bone.resetTransformState();
   });
   order.forEach((bone) => bone.updateWorldMatrix(false, true));
-  // Links that precede their IK bone have turned since.
+  // An IK bone rotates links that precede it in `order`. So compute all matrices again, without IK.
   order.forEach((bone) => {
     const solver = bone.ikSolver;
     bone.ikSolver = null;

@@ -1,8 +1,8 @@
 """Computes MMD's pose of a model at a frame independently, with matrices in NumPy, left-handed as in MMD.
 
 This script does not solve legs in loops: a knee that only turns about X and a hip that turns freely have a closed form,
-by the law of cosines. The roll of the leg about the line from hip to goal is open. As after MMD's first rotation of the
-hip, this roll is only that of the rotation that brings the foot to the goal.
+by the law of cosines. That law leaves the roll of the leg about the line from hip to goal open. Like MMD in its first
+rotation of the hip, this script takes the smallest rotation of the hip that brings the foot to the goal.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""Judges the inverse dynamics of `mocap robot`. It compares `--to dynamics` with MuJoCo's `mj_inverse`, and the
-report's force that the floor cannot give with SciPy's nonnegative least squares over the soles of the URDF. Prints a
-row per clip; the exit code is 1 if a bound is not kept.
+"""Judges the inverse dynamics of `mocap robot`. It compares `--to dynamics` with MuJoCo's `mj_inverse`. It compares the
+residual force of the report with SciPy's nonnegative least squares over the soles of the URDF. Prints a row per clip;
+the exit code is 1 if a bound is not kept.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/dynamics.py [--sample | MOTION...] [-- OPTION...]
 

@@ -78,8 +78,8 @@ impl Knuckle {
 /// The largest angle in radians between the trunk of a standing body and the up axis.
 const UPRIGHT: f32 = 0.26;
 
-/// The smallest fraction of frames in which a usually standing body stands. A body that always leans still stands in a
-/// few frames.
+/// The smallest fraction of frames in which a usually standing body stands. Even a body that nearly always leans is
+/// upright in a few frames.
 const STANDS_OFTEN: f32 = 0.33;
 
 /// The rotation of a joint of the trunk, or of a limb's first joint, relative to the trunk.

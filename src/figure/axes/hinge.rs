@@ -22,7 +22,7 @@ const FIXED: f32 = 0.21;
 /// for knees whose joints have a random roll.
 const WIDEST: f32 = 0.9;
 
-/// The angle in radians at which an axis has half the weight in the average.
+/// An axis at this angle to the mean axis, in radians, has half its weight in the mean.
 const HALF_WEIGHT: f32 = 0.15;
 
 /// The cosine of 18 degrees. If an axis of a joint's coordinate frame is within this angle of the bone, the frame lies
@@ -96,7 +96,8 @@ pub(super) struct Limb {
     joints: [NodeId; 3],
     /// The last joint of the upper bone, and the lower joint.
     pub(super) turned: [NodeId; 2],
-    /// The directions of the bones in the coordinate frames of these joints; `None` with joints in between.
+    /// The directions of the bones in the coordinate frames of these joints; `None` if other joints are between its
+    /// ends.
     along: [Option<Vec3>; 2],
     /// Whether the coordinate frames of its joints lie along its bones.
     is_laid: bool,

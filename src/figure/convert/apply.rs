@@ -17,7 +17,7 @@ impl Conversion {
     /// conversion. They state whether the figure is a humanoid, and for a humanoid its facing at rest in the axes of
     /// the file, its rest pose and its sides. Of the guesses about the figure, `apply` returns only two: names of the
     /// wrong side, and the source of a requested T-pose. `apply` returns the exact rate of a rounded frame time, but
-    /// does not add it.
+    /// does not add the rate to the assumptions of the scene.
     ///
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///

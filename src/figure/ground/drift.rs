@@ -26,16 +26,16 @@ const PARTS: usize = 400;
 /// The largest speed of a drift, in m/s. Stairs rise faster.
 const FASTEST: f32 = 0.2;
 
-/// The drift speed, in m/s, from which a foot in contact must rise with the ground. A foot on a hill or on stairs does
-/// not rise.
+/// At this drift speed, in m/s, and above, the ground drifts only if the feet in contact also rise or sink. On a hill
+/// or on stairs, a foot in contact keeps its height.
 const HILL: f32 = 0.08;
 
 /// The smallest vertical speed of a foot in contact with a drifting ground, as a fraction of the ground's speed.
 const CARRIED: f32 = 0.4;
 
 /// The height drift of the ground in metres, from the median slope between stances (Theil and Sen). `kinds` has the
-/// ankles and the balls of the feet, frame by frame. `metres` is the length of their unit in metres. `None` if there
-/// are too few stances.
+/// positions of the ankles and of the balls of the feet, frame by frame. `metres` is the length of one unit of these
+/// positions, in metres. `None` if there are too few stances.
 pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Option<f64> {
     let balls = kinds.get(1).filter(|balls| !balls.is_empty());
     let (mut parts, mut speeds) = (Vec::new(), Vec::new());
@@ -79,7 +79,7 @@ pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, r
     })
 }
 
-/// The stances of a point, in which it is slow: their first and last frames.
+/// The first and the last frame of each stance of a point. In a stance, the point is slow.
 fn stances(track: &[Vec3], metres: f32, rate: f64) -> Vec<[usize; 2]> {
     let half = ((AROUND * rate).round() as usize).max(1);
     let shortest = (SHORTEST * rate).ceil().max(2.0) as usize;

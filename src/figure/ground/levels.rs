@@ -27,8 +27,8 @@ const STANDING: f32 = 0.3;
 /// The largest speed in m/s that counts: running counts no more than fast walking.
 const FAST: f32 = 1.5;
 
-/// If the points of the feet move less than this distance to the next frame on average, in metres, the next frame
-/// repeats the frame.
+/// If the points of the feet move at most this distance from one frame to the next, on average, in metres, the next
+/// frame is a held frame.
 const HELD: f32 = 1e-5;
 
 /// A movement is a jump if it exceeds the second longest movement near it by this factor, plus this number of metres.
@@ -38,7 +38,7 @@ const JUMP: (f32, f32) = (3.0, 0.01);
 const NEAR: usize = 3;
 
 /// The resting level of each kind of points. `kinds` has the positions of the points of each kind, frame by frame.
-/// `metres` is the length of their unit in metres. The lowest point of a kind counts.
+/// `metres` is the length of one unit of these positions, in metres. The lowest point of a kind counts.
 pub fn levels<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Vec<Option<f32>> {
     let mut rests = Rests::default();
     rests.add(kinds, up, metres, rate);

@@ -146,8 +146,8 @@ fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
     })
 }
 
-/// Moves the hips up. Thighs may be children of the first joint of the spine, as in Biped, or legs may have a joint of
-/// their own. Then the hips are the joint above with the name of hips.
+/// Moves the hips up the tree. In Biped, thighs are children of the first joint of the spine. In other skeletons, one
+/// joint carries only the legs. In both cases, the hips are the parent joint with the name of hips.
 pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     let trunk = &mut body.trunk;
     let pelvis = body.legs.pair.branch;
@@ -384,7 +384,8 @@ impl TrunkPath {
                 called
             };
             tally.name(Part::Neck, self.nodes[neck], called, 1.0);
-            // The neck begins above the shoulders. The joint that carries the shoulders is a neck only by its name.
+            // The neck begins above the shoulders. The joint that carries the shoulders counts as the neck only if it
+            // has the name of a neck.
             let is_behind = neck > self.branch_at;
             tally.sign(
                 if is_behind {

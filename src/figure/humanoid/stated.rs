@@ -118,7 +118,7 @@ impl StatedJoints {
         Ok(stated)
     }
 
-    /// The joint of a bone, or the joint of that name.
+    /// The joint of the bone `leader`. If there is no such bone, the joint with the name `leader`.
     fn leader(&self, scene: &Scene, found: &Humanoid, follower: &str, leader: &str) -> Result<NodeId> {
         let of_bone = |bone: HumanoidBone| {
             let of_map = self.bones.get(&bone).copied().flatten();
@@ -152,7 +152,7 @@ impl StatedJoints {
         self.bones.values().any(Option::is_some)
     }
 
-    /// The scene, in which the joints that the map names have the names of their bones.
+    /// A copy of the scene in which each joint of the map has the name of its bone.
     pub(super) fn name_joints(&self, scene: &Scene) -> Scene {
         let mut named = scene.clone();
         for (bone, joint) in &self.bones {
@@ -164,7 +164,8 @@ impl StatedJoints {
     }
 }
 
-/// The joint with a name. Fails if no joint has the name; `what` names in the error what the map states.
+/// The joint with a name. Fails if no joint has the name. `what` gives the end of the error message: what the map
+/// states about the joint.
 fn joint(scene: &Scene, name: &str, what: impl Fn() -> String) -> Result<NodeId> {
     let names = || scene.nodes.iter().map(|node| node.name.as_str());
     if let Some(joint) = names().position(|other| other == name) {

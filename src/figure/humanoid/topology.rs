@@ -21,11 +21,11 @@ const PAIR_TOLERANCE: f32 = 0.2;
 /// The smallest length of a limb, as a fraction of the longest chain of the skeleton from its root.
 const SHORTEST_LIMB: f32 = 0.12;
 
-/// The fraction of joints without a length from which OFFSETs count as missing.
+/// If more than this fraction of the joints has no length, the OFFSETs of the file count as missing.
 const NO_LENGTHS: f32 = 0.8;
 
-/// The number of joints with names of body parts from which a skeleton counts as naming its bones. It is one less than
-/// the hips, and two legs and two arms of three joints each.
+/// A skeleton counts as naming its bones if at least this number of joints have names of body parts. Hips, two legs and
+/// two arms of three joints each are 13 joints, of which one may lack a name.
 const NAMED_JOINTS: usize = 12;
 
 /// The penalty for a joint whose name has no meaning, in a skeleton that names its bones. It replaces the fit of the
@@ -254,8 +254,8 @@ fn are_alike(tree: &Tree, a: usize, b: usize, more_nodes: usize) -> bool {
     short > (1.0 - PAIR_TOLERANCE) * long && more_nodes <= 1
 }
 
-/// The positions of the nodes at rest. If the lengths are only in the position channels of the file, the positions in
-/// its first frame.
+/// The positions of the nodes at rest. If only the position channels of the file have the lengths, these are the
+/// positions in the first frame.
 pub(crate) fn rest_positions(scene: &Scene) -> Vec<Vec3> {
     let rest = Pose::rest(scene);
     let positions = |pose: &Pose| {

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use glam::Vec3;
 use mocap_scene::scene::{Mesh, Scene};
 
-/// The score of a face that two joints share. A vertex adds up to a half.
+/// The score that two joints get for an edge of a face between their vertices. For a shared vertex, they get the
+/// smaller of its two weights, which is at most 0.5.
 const SHARED_FACE: f32 = 0.1;
 
 /// The number of a limb's vertices whose nearest neighbours are searched.

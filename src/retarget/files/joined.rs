@@ -10,9 +10,9 @@ use mocap_scene::scene::Scene;
 use super::{RetargetOptions, Retargeter};
 
 /// Applies steps to all animations of a scene in their order, and records each step. A step with a second motion takes
-/// the first animation of a scene of `others`. The step's option `with` is the number of this motion; the first has the
-/// number 2. Without `with`, the step takes the motion after the one that the previous step took. A second motion with
-/// another skeleton is retargeted, and the report of its step says so.
+/// the first animation of a scene of `others`. The step's option `with` is the number of this motion; the first scene
+/// of `others` has the number 2. Without `with`, the step takes the motion after the motion of the previous step. A
+/// second motion with another skeleton is retargeted, and the report of its step says so.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

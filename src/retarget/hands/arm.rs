@@ -24,8 +24,8 @@ const STRETCH: f32 = 0.995;
 /// 0, the path of the hand would have a corner at the limit.
 const NO_ROOM: f32 = 1e-3;
 
-/// The power that sets how sharply the limit begins. With the sixth power, an arm reaches half of its remaining length
-/// with an error of 0.3 %.
+/// The exponent of the curve that limits the stretch of an arm. A larger exponent makes the limit begin more sharply.
+/// With 6, a goal at half of the remaining length is missed by 0.3 % of this half.
 const SHARPNESS: i32 = 6;
 
 /// The sideways offset that the hinge gives to the elbow of a straight arm, as a fraction of the upper arm.

@@ -19,7 +19,8 @@ pub(super) const THICKNESS: f32 = 0.014;
 /// The largest shift of a palm that is not visible, in metres.
 const UNSEEN: f32 = 2e-3;
 
-/// Half the time in which the weight of a contact rises or falls, in seconds: the first trial, and the longest.
+/// Half the time in which the weight of a contact rises or falls, in seconds: the first value that is tried, and the
+/// largest.
 const EASE: [f64; 2] = [0.15, 0.6];
 
 /// The time on both sides of a frame over which shifts are averaged, in seconds.

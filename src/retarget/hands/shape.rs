@@ -402,8 +402,8 @@ pub(super) fn hand_vertices(body: &Body, scene: &Scene, hand: NodeId) -> Vec<Vec
         .collect()
 }
 
-/// The larger of two lengths, rounded off by half of `corner` where they are equal. Without rounding, the path of a
-/// hand would have a corner, which is a jerk.
+/// A smooth maximum of two lengths. If they are equal, the result is larger by half of `corner`. With a maximum that is
+/// not smooth, the path of a hand would have a corner, which is a jerk.
 pub(super) fn larger([one, other]: [f32; 2], corner: f32) -> f32 {
     0.5 * (one + other + (one - other).hypot(corner))
 }

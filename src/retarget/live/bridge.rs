@@ -22,8 +22,8 @@ const MOST: usize = 4096;
 
 /// Retargets the poses of a VMC stream to another body as they arrive: packets in, packets out.
 ///
-/// A pose is sent with the packet that completes the bones of the previous frame. If a bone is missing, the pose is
-/// sent when the next frame begins. The first frame sets the lengths of the bones.
+/// A pose is sent as soon as its frame has as many bones as the previous frame. If a bone is missing, the pose is sent
+/// when the next frame begins. The first frame sets the lengths of the bones.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

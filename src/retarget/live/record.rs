@@ -335,8 +335,8 @@ fn ticks_of(times: &[f64]) -> (f64, Vec<f64>) {
     /// frame, and is not averaged.
     const NEAR: f64 = 0.5;
 
-    /// The largest difference of a rate from a whole number at which the whole number is used, as a fraction. Clocks
-    /// deviate less, and 29.97 is farther from 30.
+    /// The largest difference of a rate from a whole number at which the whole number is used, as a fraction. The
+    /// clocks of senders deviate less.
     const WHOLE: f64 = 2e-3;
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.retain(|step| *step > 1e-6);

@@ -21,7 +21,7 @@ pub struct Band {
     pub right: Vec<f64>,
 }
 
-/// The smallest pivot, as a fraction of 1. Below it, a row has no information, and a division would overflow.
+/// The smallest pivot. A row with a smaller pivot has no information, and a division by it would overflow.
 const SMALLEST: f64 = 1e-18;
 
 impl Band {

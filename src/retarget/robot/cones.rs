@@ -28,7 +28,8 @@ type Wrench = [f64; SIZE];
 #[derive(Clone, Debug, Default)]
 pub struct Cones {
     edges: Vec<(DVec3, Wrench)>,
-    /// The residual of the wanted force. It starts from the residual of the previous frame, which is near.
+    /// The residual of the wanted force. The search for it starts from the residual of the previous frame, which is
+    /// similar.
     left: Wrench,
 }
 

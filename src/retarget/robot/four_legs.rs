@@ -314,7 +314,8 @@ fn bending(kinematics: &Kinematics, zero: &RobotPose, chain: &[usize]) -> Vec<us
     }
 }
 
-/// The moving bodies that end at the beginning of a limb and at the hip.
+/// The moving bodies of the trunk and of the girdle that carry a leg: the parent of the limb, and the last body above
+/// the hip.
 fn carriers(kinematics: &Kinematics, zero: &RobotPose, chain: &[usize], hip: DVec3) -> Vec<(usize, DQuat)> {
     let length = hip.distance(kinematics.axis(zero, chain[chain.len() - 1]).1);
     let is_above = |body: &&usize| kinematics.axis(zero, **body).1.distance(hip) > BETWEEN * length;

@@ -12,7 +12,7 @@ const CLEARANCE: f64 = 0.05;
 const MOST: f64 = 0.025;
 
 /// The height that a foot in the air has from its first frame on, in metres. A sole below 5 mm scrapes, and the solver
-/// leaves some of the height.
+/// does not always reach the full height.
 pub(super) const LEAST: f64 = 0.007;
 
 /// The time in which a foot rises from [`LEAST`] to its full height after lifting off, in seconds. It comes down in the

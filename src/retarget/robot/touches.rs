@@ -13,8 +13,8 @@ use super::terms::Terms;
 /// The allowed depth of a penetration, in metres: less than half of the 10 mm that a report counts.
 const TOUCHING: f64 = 0.004;
 
-/// The depth below [`TOUCHING`] from which a penetration counts in the first round, in metres. An earlier round may
-/// have pushed the links apart.
+/// In the first round, a penetration counts if its depth is above [`TOUCHING`] less this length, in metres. An earlier
+/// round may have pushed the links apart.
 const NEAR: f64 = 0.002;
 
 /// The separation term of two links in one frame.

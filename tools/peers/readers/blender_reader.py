@@ -1,8 +1,8 @@
 """Blender as a Python module: the BVH operator, with axes that do not change the file's numbers.
 
 A joint becomes a bone, whose head is the joint and whose tail is the End Site. Blender gives a tail to every bone, so
-tails are compared only with End Sites that the file has. A bone without a tip has a length of a tenth, and its tail has
-no meaning.
+tails are compared only with End Sites that the file has. A bone without a tip has a length of 0.1, and its tail has no
+meaning.
 """
 
 # Python finds the second import only after the first.

@@ -45,7 +45,7 @@ def test_persons_of_an_estimator_are_told_apart():
         frame = dict(file)
     at = lambda x, z: frame | {"pred_cam_t": np.array([x, 0.0, z]), "mask": None}
     frames = [[at(-1 + 0.4 * i, 5), at(1 - 0.4 * i, 5.7)][:: 1 if i % 2 else -1] for i in range(6)]
-    frames[2] = frames[2][1:]  # of the first alone
+    frames[2] = frames[2][1:]  # only the first person
     frames[4] = []
     for person, way in ((None, 0.4), (0, -0.4)):
         take = mocap.from_arrays(frames, frame_rate=25, person=person)

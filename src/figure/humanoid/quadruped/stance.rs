@@ -274,7 +274,7 @@ impl Stance<'_> {
         };
         let (mut neck, mut tail) = (joints(neck), joints(tail));
         neck.retain(|node| !tree.names[*node].is_helper);
-        // For people, tails are helpers too.
+        // A joint named tail counts as a helper, because people have no tail. An animal keeps such joints.
         tail.retain(|node| !tree.names[*node].is_helper || tree.names[*node].animal.is_some());
         let named = neck.iter().position(|node| tree.names[*node].says(Part::Head));
         let branches = || neck.iter().position(|node| tree.children[*node].len() > 2);

@@ -57,7 +57,8 @@ fn a_motion_of_another_skeleton_is_retargeted_and_said_to_be() {
     assert!(error.diagnostic().message.starts_with(expected), "{error}");
 }
 
-/// The law for a motion on its own body also holds on another body, whose feet had to catch up by 30 cm in one swing.
+/// On their own body, locked feet are no faster than free feet. This also holds on another body, whose feet had to
+/// catch up by 30 cm in one swing.
 #[test]
 fn locked_feet_of_another_body_are_no_faster_than_free_ones() {
     let target = character("human_vrm1");

@@ -50,7 +50,7 @@ def retarget(
 
     Args:
         source: A motion: a scene, or the path of a file. A rest pose in its first frame is dropped.
-        target: A skeleton, likewise.
+        target: A skeleton: a scene, or the path of a file.
         scale: Scale of the path: ``"auto"``, the ratio of the leg lengths; ``"none"``, unchanged in metres; or a
             factor.
         feet: ``"lock"`` holds a foot still while the source foot is in contact, if the foot would slide more than the
@@ -58,8 +58,8 @@ def retarget(
         hands: ``"keep"`` keeps the source's contacts of hands with the body, each other or the floor.
         bones: The source joints of bones, to correct mocap's choice: ``{"leftFoot": "ankle_L"}``; ``None`` for an
             absent bone. :attr:`Scene.bones` has mocap's choice.
-        target_bones: The same for the target. ``{"follow": {"FootIK.L": "leftFoot"}}`` makes a joint follow a bone or
-            another joint instead of its parent.
+        target_bones: The target joints of bones, in the same form. ``{"follow": {"FootIK.L": "leftFoot"}}`` makes a
+            joint follow a bone or another joint instead of its parent.
         weights: Weights of the foot lock that differ from their defaults, such as ``{"foot_lock": {"aim": 0.9}}``;
             docs/weights.md lists them.
 

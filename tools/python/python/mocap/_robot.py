@@ -139,7 +139,7 @@ class Robot:
                 limits of velocity and effort need; the report has the factor under ``time_scale``.
             map: The links of bones, to correct mocap's choice: ``{"leftFoot": "left_ankle_link"}``; ``None`` for an
                 absent bone.
-            bones: The same for the joints of the source.
+            bones: The source joints of bones, to correct mocap's choice.
             weights: Weights of solvers that differ from their defaults, such as ``{"robot": {"hand": 1.0}}`` or
                 ``{"foot_lock": {"aim": 0.9}}``; docs/weights.md lists them.
 

@@ -200,9 +200,9 @@ class Scene:
 
         Each has ``name``, ``kind`` (``"joint"``, ``"end_site"`` or ``"group"``), ``parent`` (an index in this list or
         ``None``), ``offset`` (x, y, z to the parent at rest, in the file's unit) and ``rotation_order`` (such as
-        ``"ZXY"``, or ``None``); ``humanoid_bone``, where the file says which bone of a humanoid it is; and ``face``, where
-        the node of a VRM animation is an expression (``"blink"``), whose weight is x of its position, or the gaze
-        (``"lookAt"``).
+        ``"ZXY"``, or ``None``). ``humanoid_bone`` is the bone of a humanoid, if the file states it. ``face`` is for
+        nodes of a VRM animation: an expression such as ``"blink"``, or the gaze ``"lookAt"``. The weight of an
+        expression is x of the node's position.
         """
         return self._native.nodes
 
@@ -269,9 +269,10 @@ class Scene:
     def chain(self, joint: str, tick: float = 0.0, *, point: ArrayLike | None = None) -> Report:
         """The separate matrices from the root to a joint, T = J0 L1 J1 L2 J2 ...
 
-        Keys: ``chain``, whose entries have ``symbol`` (``"J0"``, ``"L1"``), ``joint``, ``node``, ``matrix`` and ``product``,
-        the product so far, as rows; a J also has ``order`` and ``degrees``, its angles in this order, positive
-        counter-clockwise for a viewer towards whom the axis points. ``point_in_world`` is there with a ``point``.
+        Keys: ``chain``, and ``point_in_world`` if ``point`` is given. An entry of ``chain`` has ``symbol`` (``"J0"``,
+        ``"L1"``), ``joint``, ``node``, ``matrix``, and ``product``, the product of all matrices up to this one.
+        Matrices are lists of rows. A J also has ``order``, and its angles in this order as ``degrees``. An angle is
+        positive counter-clockwise for a viewer towards whom the axis points.
 
         >>> scene.chain("Wrist", 9, point=[0.5, 0, 0])["point_in_world"]  # doctest: +SKIP
         [0.66514313, 2.0790663, 0.0]
@@ -343,7 +344,7 @@ class Scene:
         Their units, with the events and the force plates of the file, are in :attr:`recorded`.
 
         Raises:
-            MocapError: If the file has none.
+            MocapError: If the file has no analog channels.
         """
         return self._time_series(of_ground=False)
 
@@ -386,10 +387,13 @@ class Scene:
         """The heel strikes and toe offs of a walk, its strides, and the means of a gait laboratory.
 
         Keys: ``strides``, ``cadence`` in steps a minute, ``alternates``, ``events_of_file``, ``events_of_plates``,
-        ``in_place``, and ``left`` and ``right`` with ``cycles``, which have the mean angles of each per cent of the
-        stride, with ``heel_strikes`` and ``toe_offs`` in seconds, and with ``stride_length``, ``step_length``, ``step_width`` in metres, ``stride_time``,
-        ``step_time`` in seconds, ``stance`` in per cent, ``speed`` in metres per second: each of these has ``mean``,
-        ``deviation`` and ``count``, or is ``None``.
+        ``in_place``, and ``left`` and ``right``. Each side has:
+
+        - ``cycles``: the mean angles of each per cent of the stride
+        - ``heel_strikes`` and ``toe_offs`` in seconds
+        - ``stride_length``, ``step_length``, ``step_width`` in metres, ``stride_time``, ``step_time`` in seconds,
+          ``stance`` in per cent, ``speed`` in metres per second: each has ``mean``, ``deviation`` and ``count``, or is
+          ``None``
 
         For an animal on four legs, the keys are ``frame_rate``, ``stretches`` and ``paws``. A stretch has ``gait``,
         such as ``"trot"``, ``confidence``, ``frames``, ``strides``, ``duty_factor``, ``lag`` and ``speed``.

@@ -4,7 +4,7 @@ use mocap::glam::DVec3;
 use mocap_retarget::internals::capsule::Capsule;
 use mocap_retarget::internals::surface_of;
 
-/// The volume within the triangles equals the volume of the body, which is slightly larger.
+/// The triangles are inside the capsule, so their volume is slightly smaller than the volume of the capsule.
 #[test]
 fn a_capsule_is_closed_and_has_its_volume() {
     let (radius, ends) = (0.1, [DVec3::new(0.2, 0.1, 0.0), DVec3::new(0.2, 0.5, 0.3)]);

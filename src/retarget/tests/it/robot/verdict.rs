@@ -21,7 +21,7 @@ fn the_worst_measure_decides() {
         poor.map(|criterion| criterion.name.as_str()).collect::<Vec<_>>(),
         ["fraction_floating"]
     );
-    // Three of a hundred frames of a swing are a heel that rolls off.
+    // In three of a hundred frames of a swing, the heel may still roll off the floor.
     for (scraping, wanted) in [(0.03, Verdict::Good), (0.031, Verdict::Fair), (1.0, Verdict::Fair)] {
         let scrapes = Measures {
             scraping: Some(scraping),
