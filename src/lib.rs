@@ -109,10 +109,10 @@
 //!
 //! # Vectors and matrices
 //!
-//! Positions, rotations and matrices are types of [`glam`], which is re-exported: with `mocap::glam`, a program has the
-//! same version. A program with another version of glam, or with another library, uses arrays, which need no type of
-//! glam. [`Pose::node_to_world_arrays`] returns the arrays of a whole pose without a copy. Methods of glam convert
-//! single values:
+//! Positions, rotations and matrices are types of [`glam`]. A program that uses `mocap::glam` has the same version of
+//! glam. A program with another version of glam, or with another library, uses arrays, which need no type of glam.
+//! [`Pose::node_to_world_arrays`] returns the arrays of a whole pose without a copy. Methods of glam convert single
+//! values:
 //!
 //! ```
 //! let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

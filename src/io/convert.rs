@@ -14,9 +14,9 @@ use crate::import::Importer;
 /// Converts the motion file `from` to the file `to`, as `mocap convert` does without options. The extension of `to`
 /// sets the format. Returns the written files, with their warnings.
 ///
-/// The output is in metres with +Y up. A format that keeps the unit and axes of its source, such as BVH, is the
-/// exception. `convert` replaces an output of mocap, but not a file that may be a source. For options, call the three
-/// parts: [`Importer`], [`Conversion`] and [`Exporter`]. A job of the package `mocap-job` writes arrays too.
+/// The output is in metres with +Y up, except in formats that keep the unit and the axes of the source, such as BVH.
+/// `convert` replaces an output of mocap, but not a file that may be a source. To set options, use [`Importer`],
+/// [`Conversion`] and [`Exporter`]. A job of the package `mocap-job` also writes arrays.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -30,12 +30,12 @@ use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 /// 3. if the source file states no unit (BVH), the guess of `Conversion`. A warning with the code [`Code::UnknownUnit`]
 ///    has the guess and its reason, and the output records the guess.
 ///
-/// The exporter converts a copy. `Conversion` converts the scene itself.
+/// The exporter converts a copy of the scene. `Conversion` converts the scene itself.
 ///
-/// The exporter does not convert lengths in two cases, and warns: the scene was not read from a file, or
-/// [`Conversion::keep_units`](mocap_figure::Conversion::keep_units) keeps its unit. BVH has no unit, so BVH always has
-/// the numbers of the scene. The rest pose of BVH has no rotations. If the rest pose of the scene has rotations, BVH
-/// gets joints whose axes are parallel to the world axes.
+/// In two cases the exporter does not convert lengths, and warns. Either the scene was not read from a file, or
+/// [`Conversion::keep_units`](mocap_figure::Conversion::keep_units) keeps its unit. A BVH output has the numbers of the
+/// scene, because BVH has no unit. The rest pose of BVH has no rotations. If the rest pose of the scene has rotations,
+/// the BVH output has joints whose axes are parallel to the world axes.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -83,7 +83,7 @@ impl Exporter {
         Self::default()
     }
 
-    /// The format. Default: by the extension.
+    /// The format. Default: the format of the path's extension.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -101,8 +101,8 @@ impl Exporter {
         self
     }
 
-    /// The largest position error. The exporter removes keys and rounds numbers within this bound. Default: every key
-    /// is written unchanged. A packed clip has the default of [`ErrorBound`].
+    /// The error bound. The exporter removes keys and rounds numbers within this bound. Without a bound, it writes
+    /// every key unchanged. For a packed clip, the default is the default of [`ErrorBound`].
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -133,24 +133,24 @@ impl Exporter {
     }
 
     /// The radius of a shell around each joint, in metres. The largest error also applies to the points of the shell,
-    /// which represent a skin. Default: as in [`Exporter::error_bound`], but at least 3 cm in FBX. The radius has no
-    /// effect without a largest error.
+    /// which represent a skin. Default: the radius of [`Exporter::error_bound`]. FBX uses a radius of at least 3 cm.
+    /// Without a largest error, the radius has no effect.
     #[must_use]
     pub fn shell_distance(mut self, metres: f64) -> Self {
         self.options.shell_distance = Some(metres);
         self
     }
 
-    /// How glTF stores keys. Default: [`Compression::Int16`] with a largest error, [`Compression::None`] without one.
-    /// Without a largest error, any compression but `None` has the default of [`ErrorBound`].
+    /// How glTF stores keys. Default: [`Compression::Int16`] with a largest error, [`Compression::None`] without one. A
+    /// compression other than `None` without a largest error uses the default of [`ErrorBound`].
     #[must_use]
     pub fn compression(mut self, compression: Compression) -> Self {
         self.options.compression = Some(compression);
         self
     }
 
-    /// Whether glTF has channels for constant tracks too, for engines that blend clips channel by channel. Default:
-    /// `false`, only the node has a constant value.
+    /// Whether glTF also has channels for constant tracks, for engines that blend clips channel by channel. Default:
+    /// `false`, which stores a constant value only in the node.
     #[must_use]
     pub fn keep_constant(mut self, keep: bool) -> Self {
         self.options.keep_constant = keep;
@@ -263,7 +263,8 @@ impl Exporter {
         Ok(written)
     }
 
-    /// Returns the files of `scene` in a format, in memory. The format has its first extension: `.glb` for glTF.
+    /// Returns the files of `scene` in a format, in memory. The files have the format's first extension: `.glb` for
+    /// glTF.
     ///
     /// # Errors
     /// The errors of [`Exporter::write_as`].
@@ -331,7 +332,7 @@ impl Exporter {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        // A file that is passed through keeps its nodes.
+        // If the writer copies the original file, the nodes in the copy keep their shear.
         let is_lost = !row.keeps_shear && scene.original.is_none();
         let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
         let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
@@ -384,7 +385,7 @@ pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
         row.name,
         lost.join(", ")
     );
-    // If the format drops the face, the help must name the face: another clip would not move either.
+    // If the format loses the face, the help must be about the face: another clip would not move either.
     let of_face = of_motion().filter(|loss| loss.kind == DataKind::FaceCurves);
     let help = of_face.chain(of_motion()).find_map(|loss| row.remedy(loss.kind));
     let error = Diagnostic::new(Code::Unrepresentable, message);

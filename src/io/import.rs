@@ -192,7 +192,7 @@ impl Importer {
         }
     }
 
-    /// Reads a glTF or VRM file to which animations are added. The rest of the file is passed through.
+    /// Reads a glTF or VRM character, to which an output adds animations. The output keeps everything else of the file.
     ///
     /// # Errors
     /// [`Code::UnknownFormat`] if the file has another format, and the errors of [`Importer::import`].

@@ -14,8 +14,8 @@ const NAME: &str = "mocap.toml";
 /// The largest size in bytes. A larger file is not an attribution file of mocap.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Adds the statements of the `mocap.toml` files near `path` to a scene, if the motion's own file does not make these
-/// statements. Of several `mocap.toml` files, the nearest one decides.
+/// Completes the attribution of a scene from the `mocap.toml` files near `path`. A statement of the motion's own file
+/// takes precedence, and then the statement of the nearest `mocap.toml`.
 pub(super) fn complete(scene: &mut Scene, path: &Path) -> Result<()> {
     let Ok(path) = std::path::absolute(path) else {
         return Ok(());

@@ -34,7 +34,7 @@ struct State {
     failure: Option<io::Error>,
 }
 
-/// The first bytes, in large memory pages. To fill these takes half the time that small pages take.
+/// The first bytes, in large memory pages. Filling large pages takes half as long as filling small pages.
 pub struct Pages {
     memory: MmapMut,
     length: usize,
@@ -103,7 +103,7 @@ impl LargeFile {
         let mut state = self.state();
         if self.whole.get().is_none() {
             let whole = state.read_whole(self.size, &self.beginning)?;
-            // The cell was empty, and the lock is held.
+            // This cannot fail: the cell is empty, and the lock is held.
             let _ = self.whole.set(whole);
         }
         Ok(self.whole.get().map_or(&[], |whole| whole))

@@ -22,7 +22,7 @@ impl Importer {
     /// from the first frame and from the median of all frames.
     /// [`Metadata::root_offset`](mocap_scene::scene::Metadata::root_offset) has the decision and its reason.
     ///
-    /// Programs differ here. The wrong choice moves the whole figure by the OFFSET.
+    /// Programs combine them in different ways. The wrong choice moves the whole figure by the OFFSET.
     ///
     /// ```
     /// use mocap::{Importer, RootOffset};
@@ -111,16 +111,16 @@ impl Importer {
         self
     }
 
-    /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. A file beyond a bound fails with
-    /// [`Code::LimitExceeded`] before memory is allocated for it. [`Limits`] has an example.
+    /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. If a file exceeds a bound, import
+    /// fails with [`Code::LimitExceeded`] before it allocates the memory. [`Limits`] has an example.
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.read.limits = limits;
         self
     }
 
-    /// The animations to keep. Default: all. A file of arrays with several persons yields one person, for example with
-    /// `Clips::Name("person_1")`. The default is the person with the most frames.
+    /// The animations to keep. Default: all. From a file of arrays with several persons, import reads one person, for
+    /// example `Clips::Name("person_1")`. The default is the person with the most frames.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -325,15 +325,15 @@ impl Importer {
     }
 
     /// Reads the meshes of the file in every format, and generates none. The skin shows where the soles are, so code
-    /// that estimates the ground reads the skin.
+    /// that estimates the ground needs the skin.
     #[must_use]
     #[doc(hidden)]
     pub fn with_own_meshes(self) -> Self {
         self.skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true)
     }
 
-    /// An importer of characters, which reads their meshes. It reads their morph targets if this importer reads morph
-    /// targets.
+    /// An importer that reads characters with their meshes. It has default options, except that it reads morph targets
+    /// if this importer does.
     #[must_use]
     #[doc(hidden)]
     pub fn for_characters(&self) -> Self {
