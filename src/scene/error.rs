@@ -301,7 +301,7 @@ impl fmt::Display for Error {
     }
 }
 
-/// Prints the same text as [`fmt::Display`], because `main() -> Result<(), Box<dyn Error>>` prints this one.
+/// Prints the same text as [`fmt::Display`], because a `main` that returns an error prints its `Debug` text.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)

@@ -65,8 +65,8 @@ pub fn read_text(path: &Path) -> Result<String> {
     })
 }
 
-/// Decodes UTF-8, and removes a byte order mark. A text with this mark may also be UTF-16, which Windows PowerShell
-/// writes. `None` if the bytes are not text.
+/// Decodes UTF-8 or UTF-16, and removes a byte order mark. A text without this mark is UTF-8. Windows PowerShell writes
+/// UTF-16. `None` if the bytes are not text.
 #[doc(hidden)]
 pub fn decode_text(mut bytes: Vec<u8>) -> Option<String> {
     let units = |unit: fn([u8; 2]) -> u16| {
@@ -100,8 +100,8 @@ pub fn copy_file(from: &Path, to: &Path) -> Result<()> {
 /// file is not replaced. Links are followed. A pipe or a device is written directly.
 ///
 /// A file that replaces another has a temporary name for a short time. Only Linux has nameless files; on other systems
-/// the file has the temporary name from the start. A process that is killed in this time leaves the temporary file.
-/// [`remove_unfinished`] removes this file, and [`unfinished_target`] recognises its name.
+/// the file has the temporary name from the start. If the process is killed while the file has the temporary name, the
+/// temporary file remains. [`remove_unfinished`] removes this file, and [`unfinished_target`] recognises its name.
 ///
 /// # Errors
 /// [`Code::Io`](crate::Code::Io), with the path.
@@ -111,14 +111,15 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Each writer of an output locks this for reading. [`stop_writing`] locks it for writing, and never unlocks it.
+/// Each writer of an output holds this lock for reading. [`stop_writing`] takes the lock for writing, and never
+/// releases it.
 static WRITING: RwLock<()> = RwLock::new(());
 
 fn writing() -> RwLockReadGuard<'static, ()> {
     WRITING.read().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Waits until no output is being written, and blocks all later writes, for a process that is about to end.
+/// Waits until no output is being written, and blocks all later writes. A process calls this function before it ends.
 #[doc(hidden)]
 pub fn stop_writing() {
     mem::forget(WRITING.write().unwrap_or_else(PoisonError::into_inner));

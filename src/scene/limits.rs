@@ -187,8 +187,8 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
     Diagnostic::new(Code::LimitExceeded, "the file states more than the limits allow").expected_found(expected, found)
 }
 
-/// Limits the radius of a filter by the size of a motion: the filter visits each of `values` once for every frame of
-/// its window. The radius follows from the frame rate, and a file may state any frame rate.
+/// Limits the radius of a filter by the size of a motion. The radius follows from the frame rate, and a file may state
+/// any frame rate. For every value, the filter visits all frames of its window.
 #[allow(
     clippy::result_large_err,
     reason = "every caller turns the diagnostic into an `Error`, which boxes it"
@@ -197,7 +197,8 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
 pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> {
     /// The radius in frames that any motion may have: two seconds at 240 Hz.
     const ANY: usize = 512;
-    /// The number of visits for a larger radius: under 20 seconds in an unoptimised build.
+    /// The largest product of radius and values, if the radius is above `ANY`: under 20 seconds in an unoptimised
+    /// build.
     const VISITS: usize = 1 << 31;
     let most = ANY.max(VISITS / values.max(1));
     if frames <= most {

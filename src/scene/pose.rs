@@ -100,7 +100,7 @@ impl Pose {
         self.update_world();
     }
 
-    /// Moves to `tick` of `animation`. Nodes without a channel do not change.
+    /// Sets the pose to `tick` of `animation`. Nodes without a channel do not change.
     ///
     /// ```
     /// use mocap::{Binding, Pose};

@@ -6,7 +6,7 @@
 pub fn nearest<'a>(misspelled: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     /// The largest number of letters that may differ.
     const MOST: usize = 3;
-    /// The longest word to compare in letters, because the time grows with the product of the two lengths.
+    /// The length in letters of the longest word to compare. The time grows with the product of the two lengths.
     const LONGEST: usize = 64;
     let misspelled = misspelled.to_ascii_lowercase();
     if misspelled.len() > LONGEST {

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// A string in the comment at the end of an `.npz`, and in a string at the start of a `.pkl` that unpickling discards.
+/// The mark of arrays. An `.npz` has the mark in the comment at its end. A `.pkl` has the mark in a string at its
+/// start, which unpickling discards.
 #[doc(hidden)]
 pub const ARRAY_MARK: &str = "mocap arrays";
 
@@ -41,7 +42,8 @@ const SEARCHED: usize = 32;
 /// columns.
 const CREATOR_SEARCHED: usize = 512;
 
-/// Whether a file has a mark: at its beginning for a database or joint angles, at its beginning or end for arrays.
+/// Whether a file has a mark. Arrays have the mark at the beginning or at the end, Parquet files at the end, other
+/// files at the beginning.
 pub(super) fn has_mark(path: &Path) -> bool {
     let ends = || -> std::io::Result<Vec<u8>> {
         let mut file = File::open(path)?;

@@ -33,12 +33,13 @@ pub fn confine(folder: &Path) -> Result<()> {
             "it must be a folder",
         )));
     }
-    // If a folder was set before, that folder counts.
+    // The first folder remains set.
     let _ = FOLDER.set(real);
     Ok(())
 }
 
-/// Checks whether a file may be opened. Without a call of [`confine`], every file may. The file need not exist.
+/// Checks whether a file may be opened. Without a call of [`confine`], every file may be opened. The file need not
+/// exist.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// The start of the first line of this program's arrays. The second start is quoted as one cell, for a spreadsheet.
+/// The two possible starts of a table of arrays from this program. The second is quoted as one cell, for a spreadsheet.
 const OWN_HEADS: [&str; 2] = ["# {\"frame_rate\":", "\"# {\"\"frame_rate\"\":"];
 
-/// The number of bytes in which the column names must end.
+/// The column names must end within this number of bytes.
 pub(crate) const CSV_HEAD: usize = 64 << 10;
 
 /// Whether the text begins with the header of this program's arrays.
@@ -218,7 +218,7 @@ impl PointColumns {
         let points: Vec<[usize; 3]> = of_x
             .filter_map(|(point, x)| Some([x, *of_y.get(point)?, *of_z.get(point)?]))
             .collect();
-        // Tables of rotations and of robot joints have such columns too, among many others.
+        // Tables of rotations and of robot joints may have such columns, but most of their columns are different.
         let is_of_points = points.len() >= LEAST_POINTS && 2 * 3 * points.len() >= names.len();
         is_of_points.then_some(Self::Wide { time, points })
     }

@@ -31,7 +31,7 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 /// with [`force`](Self::force). The following exceptions let you run a command again:
 ///
 /// - An empty file, and a file whose bytes are the first bytes of the output, or all of them.
-/// - An `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` of this crate.
+/// - An `.npz`, `.pkl`, `.mdb`, `.mot`, `.sto` or `.parquet` with this crate's mark, and a `.csv` of this crate.
 /// - A file that the record of outputs knows, if the program keeps a record (`mocap::job::remember_outputs`). A file
 ///   with the extension of a format ([`is_source`](Self::is_source)) must also be made from inputs of this call.
 /// - Without a record: a file without the extension of a format, such as a picture, and a `.csv` that is not a table of
@@ -41,7 +41,7 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 ///   files would make the second file an output. A character file to which this crate added animations names the inputs
 ///   in `extras.mocap`: one animation must name both its motion and the character.
 ///
-/// The last three exceptions do not apply to a file that the record knows and that has changed since.
+/// The last three exceptions do not apply to a file that has changed since it was recorded.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -25,7 +25,7 @@ impl OwnFiles {
 
 static WRITTEN: Mutex<OwnFiles> = Mutex::new(OwnFiles(BTreeMap::new()));
 
-/// The function that is called for each file that this process writes, before the process may end.
+/// The function that receives each file that this process writes. It is called before the process may end.
 static HEARS: OnceLock<fn(OwnFiles)> = OnceLock::new();
 
 /// Continues the work of other processes. Their files count as written by this process. `hears` is called with each

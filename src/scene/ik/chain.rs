@@ -156,9 +156,9 @@ fn is_met(points: &[DVec3], lengths: &[f64], goal: DVec3, tolerance: f64) -> boo
     points.last().is_some_and(|end| end.distance(goal) <= tolerance) && points.windows(2).zip(lengths).all(is_kept)
 }
 
-/// Rotates the chain as two rigid parts: about its start, and about the joint between them that needs the smallest
-/// rotation. Returns `false` if no joint allows such a rotation. Also returns `false` if the parts would rotate far,
-/// because the bones would then no longer share the bend.
+/// Rotates the chain as two rigid parts: about its start, and about the joint between the parts. This joint is the one
+/// that needs the smallest rotation. Returns `false` if no joint allows such a rotation. Also returns `false` if the
+/// parts would rotate far, because the bones would then no longer share the bend.
 fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
     /// The largest distance from the goal that this last step closes, as a fraction of the goal's distance from the
     /// start.

@@ -15,7 +15,7 @@ const SEEN: f64 = 0.05;
 
 /// The largest weight of a hinge against the visible bend. A bend is measured as the distance of the middle joint from
 /// the line between the ends, in lengths of the first bone. The constant is the measure of a bend of 2.3 degrees. A
-/// joint that visibly bends farther back stays bent back.
+/// joint that is bent backwards by more than this angle stays bent backwards.
 pub const MOST_OF_HINGE: f64 = 0.02;
 
 /// World rotations of two bones that bring the end to a goal, to apply after the present rotations of the bones.

@@ -34,8 +34,8 @@ impl TwoBone {
     /// joint between the bones, and of the end.
     ///
     /// If the goal is out of reach, the bones point straight at it. If the goal is nearer than the bones can fold, they
-    /// are folded. The bending plane rotates with the direction of the end, by the smallest rotation, so that nothing
-    /// twists. With the position `pole`, the middle joint bends towards it.
+    /// fold as far as possible. The bending plane rotates with the direction of the end, by the smallest rotation, so
+    /// that no bone twists. With the position `pole`, the middle joint bends towards the pole.
     ///
     /// ```
     /// use mocap::glam::Vec3;

@@ -29,8 +29,8 @@ pub fn rotation_of(matrix: &Mat4) -> Quat {
     }
 }
 
-/// The shortest rotation from one direction to another; the identity if one has no length. glam returns the identity
-/// for directions within 0.04 degrees.
+/// The shortest rotation from one direction to another; the identity if one has no length. glam's function also returns
+/// the identity for directions within 0.04 degrees.
 pub fn arc(from: Vec3, to: Vec3) -> Quat {
     from.try_normalize().map_or(Quat::IDENTITY, |from| {
         let arc = Quaternions::<f32, 1>::arc(Vectors::all(from.to_array()), Vectors::all(to.to_array()));

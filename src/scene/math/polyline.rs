@@ -34,7 +34,7 @@ impl Polyline {
         (to - from).normalize()
     }
 
-    /// The distance along the line of the point nearest to a position, between `from` and `from + beyond`.
+    /// The distance along the line at which the line is nearest to a position. Searches from `from` to `from + beyond`.
     pub fn nearest(&self, position: DVec2, from: f64, beyond: f64) -> f64 {
         let end = (from + beyond).min(self.length());
         let mut best = (f64::INFINITY, from);

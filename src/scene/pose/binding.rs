@@ -46,7 +46,7 @@ impl OutOfRange {
 ///
 /// The constructor looks up names; sampling needs neither look-ups nor allocations. A binding holds no reference. So
 /// one animation can drive any number of skeletons, each with its own binding and [`Pose`](crate::pose::Pose), from any
-/// thread. A binding has already read the constant tracks. Make a new binding if the animation or the nodes change.
+/// thread. A binding stores the values of constant tracks. Make a new binding if the animation or the nodes change.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

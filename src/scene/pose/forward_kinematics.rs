@@ -2,8 +2,8 @@
 
 /// Calls `update` for every node, parents first, with the index of the node, its updated parent, and the node.
 ///
-/// The caller defines a node: a matrix at one time, or transforms at many times. `update` sets it to the product of the
-/// parent and the node's transform relative to the parent.
+/// The caller chooses the type of a node: a matrix at one time, or transforms at many times. `update` replaces the
+/// node's transform relative to the parent by the product of the parent and this transform.
 #[inline(always)]
 #[doc(hidden)]
 pub fn forward_kinematics<T>(

@@ -6,10 +6,10 @@ use super::Pose;
 use crate::scene::Mesh;
 
 impl Pose {
-    /// The world positions of the vertices of `mesh`. Each bone moves a vertex by node to world x [offset
-    /// matrix](crate::scene::Bone::offset_matrix). The results are averaged by the weights (linear blend skinning, N.
-    /// Magnenat-Thalmann, R. Laperriere and D. Thalmann, 1988). A vertex without weights stays at its position in the
-    /// mesh.
+    /// The world positions of the vertices of `mesh`, by linear blend skinning (N. Magnenat-Thalmann, R. Laperriere and
+    /// D. Thalmann, 1988). For each bone, the product of node to world and [offset
+    /// matrix](crate::scene::Bone::offset_matrix) moves the vertex. The result is the mean of these positions, by the
+    /// weights. A vertex without weights stays at its position in the mesh.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -3,8 +3,8 @@
 use crate::scene::Confidence;
 use crate::scene::report::Guess;
 
-/// Frame rates of cameras, displays and capture systems. If a rounded frame time fits two of them, the likelier comes
-/// first.
+/// Frame rates of cameras, displays and capture systems. If a rounded frame time fits two rates, the likelier rate
+/// comes first.
 const RATES: [f64; 19] = [
     30.0,
     60.0,

@@ -1,7 +1,8 @@
 //! Removes or separates root motion.
 //!
-//! For both steps the ground is the plane of x and z of the world, which holds after
-//! [`convert_units`](crate::Scene::convert_units). A group above the root may be rotated, as in files with +Z up.
+//! Both steps take the plane of x and z in the world as the ground. So call
+//! [`convert_units`](crate::Scene::convert_units) before them. A group above the root may be rotated, as in files with
+//! +Z up.
 
 mod carriers;
 

@@ -63,8 +63,8 @@ impl Scene {
         own.clocks[index] = clock;
     }
 
-    /// The extras of an animation. The times of events, under keys such as `time` and from `start` to `end`, are
-    /// converted to the current times of the clip. Events that are no longer in the clip are dropped.
+    /// The extras of an animation. Times of events are converted to the current times of the clip: members such as
+    /// `time`, and spans such as `start` to `end`. Events that are no longer in the clip are dropped.
     #[doc(hidden)]
     pub fn clip_extras(&self, index: usize) -> Option<Value> {
         let extras = self

@@ -4,7 +4,7 @@ use super::super::{HumanoidBone as Bone, Side};
 use super::Joint;
 
 /// The name of a joint (with `*` for the side), the name of its parent, and its bone on the left side. A digit instead
-/// of a name means the parent's twist helpers with this number or a higher number.
+/// of a name stands for twist helpers of the parent: all numbers from this digit to [`LAST_TWIST`].
 type Row = (&'static str, &'static str, Option<Bone>);
 
 const ROOT: [Row; 2] = [("body_world", "", None), ("root", "body_world", Some(Bone::Hips))];
