@@ -113,8 +113,8 @@ fn check_json(json: bool, output: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses two outputs of a command with the same file, before the first is made. The first output may also have a
-/// `.json` file.
+/// Refuses outputs of one command with equal paths, before any output is made. `PATH.json` of the first output counts
+/// as an output too.
 fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     let outputs: Vec<&Path> = outputs.into_iter().collect();
     let sidecar = outputs.first().map(|output| {

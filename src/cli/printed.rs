@@ -8,7 +8,7 @@ use mocap::render::Drawing;
 use mocap::report::counted;
 use serde::Serialize;
 
-/// A report of an output, whose JSON does not name the file.
+/// The report of an output. Its text begins with the path of the output; its JSON has no path.
 #[derive(Serialize)]
 #[serde(transparent)]
 pub(crate) struct OutputReport<'a, R> {

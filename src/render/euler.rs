@@ -1,7 +1,7 @@
 //! Euler angles of rotations, for plots.
 //!
 //! A scene has quaternions. mocap computes the angles from the quaternions, in the order of the joint's channels. Of
-//! all equivalent angles, it chooses the angles nearest to those of the previous tick. These angles give the same
+//! all equivalent angles, it chooses the angles nearest to the angles of the previous tick. These angles give the same
 //! rotations as the angles of the file. In gimbal lock the first and the third angle may differ from the angles of the
 //! file, because only their sum or their difference is known.
 

@@ -29,7 +29,7 @@ pub(super) fn value(found: &impl serde::Serialize) -> Value {
 /// The answer for a finished job.
 pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
     let mut report = value(found);
-    // In every other report, `error` is the reason of a failure, so give this error another name.
+    // Rename the error of the compression: in every other report, `error` is the reason of a failure.
     let compression = report.as_object_mut().and_then(|report| report.remove("error"));
     report["compression"] = compression.unwrap_or_default();
     report["output"] = job.output().display().to_string().into();

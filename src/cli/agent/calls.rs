@@ -190,7 +190,7 @@ impl Calls {
         }
     }
 
-    /// No further call will come. Waiting calls are still run.
+    /// Notes that no further call will come. Waiting calls are still run.
     pub(super) fn close(&self) {
         lock(&self.state).is_closed = true;
         self.came.notify_all();
