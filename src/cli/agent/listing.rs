@@ -19,8 +19,8 @@ const MOST_SHOWN: usize = 200;
 /// The most files that a list may have. A folder with more files is refused.
 const MOST: usize = 100_000;
 
-/// The bytes of a file from which its format is determined. For extensions of other files, fewer bytes are read,
-/// because a folder may have many pictures and tables.
+/// The bytes of a file from which its format is determined. If its extension belongs to no format, fewer bytes are
+/// read, because a folder may have many pictures and tables.
 const HEAD: u64 = 64 << 10;
 const HEAD_OF_UNKNOWN: u64 = 4 << 10;
 

@@ -20,7 +20,7 @@ use crate::args::{BridgeArgs, ListenAddress, PlayArgs, RecordArgs};
 use crate::printed::{BridgeReport, HeardReport, PlayReport, RecordingReport};
 use crate::{Failure, report, streams};
 
-/// Default delay of a cleaned stream in seconds: the filter then knows the motion before and after a frame.
+/// The default delay of a cleaned stream in seconds. With this delay, the filter knows the motion after a frame too.
 const USUAL_DELAY: f64 = 0.5;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {

@@ -21,7 +21,7 @@ use crate::error::{Code, Diagnostic, Error, Result};
 ///
 /// The last file refers to the others, as a `.gltf` refers to its buffer. An existing last file gets a temporary name
 /// before the others are replaced. So a last file never refers to files of another output, even if the process is
-/// killed. From the file with the temporary name, [`ReplacePolicy`] then knows to which output the other files belong.
+/// killed. The file with the temporary name then shows [`ReplacePolicy`] to which output the other files belong.
 #[doc(hidden)]
 #[derive(Debug, Default)]
 pub struct OutputSet<'a> {

@@ -18,11 +18,11 @@ use glam::{Quat, Vec3};
 pub struct Goal {
     /// The position; `None` does not move the limb.
     pub position: Option<Vec3>,
-    /// The fraction of the distance to the goal position, from 0 to 1.
+    /// How far the end moves towards the goal position: a fraction of the distance, from 0 to 1.
     pub position_weight: f32,
     /// The rotation; with `None` the end rotates with the limb.
     pub rotation: Option<Quat>,
-    /// The fraction of the angle to the goal rotation, from 0 to 1.
+    /// How far the end rotates towards the goal rotation: a fraction of the angle, from 0 to 1.
     pub rotation_weight: f32,
 }
 

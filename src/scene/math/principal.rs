@@ -14,7 +14,7 @@ pub fn axes(matrix: &[f64], size: usize, count: usize, rounds: usize) -> Vec<Vec
     let mut first = 0.0;
     while axes.len() < count.min(size) {
         let number = axes.len();
-        // Any start works that is not at right angles to the axis.
+        // Any start that is not at right angles to the axis works.
         let begin = (0..size).map(|index| ((index * 7 + number * 3 + 1) % 11) as f64 - 5.0);
         let mut axis: Vec<f64> = begin.collect();
         let mut value = 0.0;

@@ -4,8 +4,8 @@ use glam::DMat4;
 
 use crate::scene::{Node, NodeId};
 
-/// The largest difference between a bind pose and the rest pose that count as equal, as a fraction of the largest
-/// number in the pose.
+/// The largest difference at which a bind pose counts as equal to the rest pose, as a fraction of the largest number in
+/// the pose.
 const EQUAL: f64 = 1e-4;
 
 /// Completes the bind pose of a skeleton. A node without a bound mesh, such as the end of a chain, follows its nearest

@@ -28,7 +28,7 @@ impl Trs {
 
     /// Decomposes `matrix`. Shear is lost. If axes have no length, the other axes complete the rotation.
     pub fn from_matrix(matrix: Mat4) -> Self {
-        // Double precision, because for axes with shear, rounding to single precision would choose between two
+        // Double precision: for axes with shear, the rounding error of single precision would decide between two
         // rotations.
         let wide = matrix.as_dmat4();
         let (mut scale, mut rotation, _) = wide.to_scale_rotation_translation();

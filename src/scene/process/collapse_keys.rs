@@ -38,7 +38,7 @@ impl Scene {
     ///
     /// A point without a skeleton that is missing in some frames, such as a marker, keeps its position keys.
     ///
-    /// Assimp does the same at zero tolerance. Its accuracy setting is inverted: with any value it collapses only
+    /// Assimp gives this result at zero tolerance. Its accuracy setting is inverted: with any value it collapses only
     /// tracks whose neighbouring keys all differ by more than 1.
     ///
     /// ```

@@ -1,4 +1,4 @@
-//! The weights of all morph targets over time, both of a scene's meshes and of the file that is passed through.
+//! The weights of all morph targets over time, both of a scene's meshes and of the original file that an output keeps.
 
 use std::mem;
 
@@ -67,7 +67,7 @@ impl Scene {
 
     /// The number of morph target curves in a clip.
     pub(super) fn weight_curves_in(&self, clip: usize) -> usize {
-        // If the meshes were read from the file that is passed through, they duplicate its curves.
+        // If the original file is kept, the meshes that were read from this file repeat its curves.
         let is_passed_through = self
             .original
             .as_ref()

@@ -82,10 +82,10 @@ pub struct ForcePlate {
     /// - 1: force and centre of pressure
     /// - 2: force and moment
     /// - 3: eight Kistler sensors
-    /// - 4: as 2, with a calibration matrix
+    /// - 4: force and moment, as in type 2, with a calibration matrix
     /// - 5: eight sensors, with a matrix that gives force and moment
     /// - 6: three forces at each of four corners, with a matrix
-    /// - 7: as 3, with a matrix
+    /// - 7: eight Kistler sensors, as in type 3, with a matrix
     ///
     /// Other types are kept, but forces are not computed from them.
     pub plate_type: u32,

@@ -387,7 +387,7 @@ impl RobotShape {
 
 /// The principal moments and axes of a symmetric matrix, by Jacobi rotations.
 fn principal(mut matrix: DMat3) -> (DVec3, DQuat) {
-    /// The number of Jacobi sweeps. They converge quadratically, and a 3 by 3 matrix needs four.
+    /// The number of Jacobi sweeps. The sweeps converge quadratically: a 3 by 3 matrix needs four.
     const SWEEPS: usize = 16;
     let mut axes = DQuat::IDENTITY;
     for _ in 0..SWEEPS {

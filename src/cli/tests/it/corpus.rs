@@ -438,8 +438,8 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
     assert_eq!(corpus.rows().filter(|row| row.twin).count(), 4);
 }
 
-/// In 1.2 s, a walk has more than one step, so different parts of it differ, and so do two walks. In 0.6 s, they may be
-/// alike.
+/// In 1.2 s, a walk has more than one step. So two parts of one walk differ, and two walks differ. In 0.6 s, they may
+/// be alike.
 #[test]
 fn short_clips_are_compared_as_a_whole() {
     let other = "motionbuilder_vicon_walk.bvh";

@@ -218,7 +218,7 @@ fn an_output_of_other_inputs_is_no_output_of_these() {
         "b.bvh",
         "from these inputs",
     );
-    // A copy has another name, and an old name is not the current name.
+    // The record does not know the copy, whose name differs from the output's.
     fs::copy(folder.path("b.bvh"), folder.path("copy.bvh")).unwrap();
     refuses(
         &folder,

@@ -131,7 +131,7 @@ fn a_vrm_animation_is_written_with_the_body_of_the_character() {
     assert!((0.8..0.95).contains(&hips), "{hips}");
 }
 
-/// The file of a character is passed through, so only the animations are mocap's.
+/// The output keeps the file of a character, so only the animations are mocap's.
 #[test]
 fn an_output_is_replaced_by_the_same_command_alone() {
     let folder = tempfile::tempdir().unwrap();

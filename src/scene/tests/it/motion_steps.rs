@@ -286,8 +286,8 @@ fn the_heading_of_a_turn_is_the_turn() {
     assert!(shoulder.abs_diff_eq(Quat::IDENTITY, 1e-6));
 }
 
-/// A walk below a constant root that is rotated and scaled by a half, as programs write it. Beside the hips, a target
-/// of inverse kinematics follows the left foot.
+/// A walk below a constant root joint, as some programs write it. The root is rotated, and scaled by a half. Beside the
+/// hips, a target of inverse kinematics follows the left foot.
 fn walk_below_a_still_root() -> (Scene, Capture) {
     let (mut scene, capture) = read("cmu_12_01_walk.bvh");
     scene.insert_root_above(NodeId::new(0));

@@ -103,7 +103,7 @@ mod skeleton_meshes {
         scene.nodes[0].kind = NodeKind::Group;
         scene.add_skeleton_mesh(SkeletonMesh::Segmented);
         assert_eq!(meshes_of_nodes(&scene), [vec![], vec![0], vec![1]]);
-        // A hundredth of the distance of 200 between the two.
+        // A hundredth of the distance between the two points, which is 200.
         let is_tip = |vertex: &Vec3| (vertex.length() - 2.0).abs() < 1e-5;
         assert!(scene.meshes.iter().all(|mesh| mesh.vertices.iter().all(is_tip)));
     }
@@ -232,8 +232,8 @@ mod joined {
         assert_eq!(scene.validate(), []);
     }
 
-    /// `P` has two links: `P -> B`, and `A -> C` by `A` at the same position. So there are two pointers at one
-    /// position.
+    /// `P` has the links `P -> B` and `P -> A`. `A` is at the position of `P`, and has the link `A -> C`. So two
+    /// pointers start at one position.
     #[test]
     fn vertices_of_different_bones_stay_apart() {
         let twins = [
