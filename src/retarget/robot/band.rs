@@ -21,7 +21,8 @@ pub struct Band {
     pub right: Vec<f64>,
 }
 
-/// The smallest pivot. A row with a smaller pivot has no information, and a division by it would overflow.
+/// The smallest pivot, as a fraction of 1. A row with a smaller pivot has no information, and a division by it would
+/// overflow.
 const SMALLEST: f64 = 1e-18;
 
 impl Band {
