@@ -296,7 +296,7 @@ fn add_noise(scene: &mut Scene, seed: u64) {
 const ANKLES: [&str; 2] = ["LeftFoot", "RightFoot"];
 const BALLS: [&str; 2] = ["LeftToeBase", "RightToeBase"];
 
-/// The mean speed over the ground of `points`, in units per second, in frames in which they are slow in the truth.
+/// The mean speed over the ground of `points`, in units per second, in frames in which they are slow in `truth`.
 fn slide(points: [&str; 2], scene: &Scene, truth: &Scene) -> f32 {
     let points = points.map(|name| NodeId::new(scene.nodes.iter().position(|node| node.name == name).unwrap()));
     let rate = truth.animations[0].ticks_per_second;
@@ -450,7 +450,8 @@ fn helpers_that_hardly_move_change_nothing() {
     assert_eq!(about(&alone), about(&report));
 }
 
-/// How far the ankles are above or below their mean height where they are slow in the truth, in units of the scene.
+/// The mean distance of the ankles above or below their mean height, in units of the scene. Only frames count in which
+/// the ankles are slow in `truth`.
 fn off_level(scene: &Scene, truth: &Scene) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
     for name in ["LeftFoot", "RightFoot"] {
@@ -512,8 +513,8 @@ fn no_frame_is_put_into_a_body_at_rest() {
     assert_eq!(before.animations, after.animations);
 }
 
-/// The spine of the first take moves as recorded; without this motion its feet slide. The second take runs on the spot,
-/// so a locked foot would have no place.
+/// The joints of the spine in the first take move relative to their parents, as recorded. Without this motion, the feet
+/// of the take would slide. The second take runs on the spot, so a locked foot would have no place.
 #[test]
 fn feet_slide_no_more_and_stand_as_before() {
     for (file, part) in [
@@ -560,7 +561,7 @@ fn join_hands(scene: &mut Scene, apart: impl Fn(usize) -> f32) {
     }
 }
 
-/// The mean deviation of one hand from the other in these frames.
+/// The mean error in `frames` of the position of one hand relative to the other.
 fn hands_off(scene: &Scene, truth: &Scene, frames: &[usize]) -> f32 {
     let hands = arms(truth).map(|arm| arm[2]);
     let apart = |scene: &Scene, frame: usize| {
@@ -583,7 +584,7 @@ fn without_and_with_contacts(scene: &Scene) -> [(Scene, CleanReport); 2] {
     })
 }
 
-/// Clapping hands stay as near as they were.
+/// Clapping hands stay as near to each other as before the cleaning.
 #[test]
 fn a_clap_stays_a_clap() {
     let mut truth = walk();
@@ -629,7 +630,7 @@ fn the_depth_of_one_camera_is_steadied() {
         let steps: Vec<f32> = frames
             .map(|f| (place(scene, f as f64) - place(&truth, f as f64)).dot(axis))
             .collect();
-        // No foot shows the position of the whole body.
+        // No foot shows a constant displacement of the whole body, so the mean does not count.
         let mean = steps.iter().sum::<f32>() / steps.len() as f32;
         steps.iter().map(|step| (step - mean).abs()).sum::<f32>() / steps.len() as f32
     };

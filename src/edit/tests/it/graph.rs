@@ -1,4 +1,4 @@
-//! Tests of motion graphs: distances of moments, transitions, the largest component, and walks. `tools/graph/check`
+//! Tests of motion graphs: distances of windows, transitions, the largest component, and walks. `tools/graph/check`
 //! verifies them with NumPy and SciPy.
 
 mod bound;

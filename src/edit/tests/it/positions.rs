@@ -1,4 +1,4 @@
-//! The positions of all nodes of a scene, and how a change of the motion affects them.
+//! The positions of all nodes of a scene, and the effect of a change of the motion on these positions.
 
 use mocap::glam::{DMat4, DVec3, Vec3};
 use mocap::scene::NodeId;

@@ -91,7 +91,7 @@ fn rotations(scene: &Scene) -> Vec<(String, Vec<Quat>)> {
         .collect()
 }
 
-/// The angle is in radians.
+/// The largest angle between two rotations of the same frame, in radians.
 fn farthest(a: &[Quat], b: &[Quat]) -> f32 {
     let angles = a.iter().zip(b).map(|(a, b)| a.angle_between(*b));
     angles.fold(0.0, f32::max)

@@ -33,7 +33,7 @@ fn fixtures() -> Vec<(String, Scene)> {
     files.into_iter().filter_map(read).collect()
 }
 
-/// Whether a track had one key and now has more keys with one value.
+/// Whether a track had one key and now has several keys with the same value.
 fn is_blurred<T: Copy>(before: &Keys<T>, after: &Keys<T>, distance: impl Fn(T, T) -> f32, least: f32) -> bool {
     let [first, others @ ..] = after.values.as_slice() else {
         return false;
@@ -42,7 +42,7 @@ fn is_blurred<T: Copy>(before: &Keys<T>, after: &Keys<T>, distance: impl Fn(T, T
     before.len() <= 1 && !others.is_empty() && is_still
 }
 
-/// The tracks that had one key and now have more keys with one value.
+/// The tracks that had one key and now have several keys with the same value.
 fn blurred(before: &Scene, after: &Scene) -> Vec<String> {
     let offsets = after
         .nodes
@@ -332,7 +332,7 @@ fn reports_state_the_frames_and_the_seconds_that_are_there() {
     }
 }
 
-/// The time before the first pair of a warp begins at the start of the motion, and no pose is repeated.
+/// If a warp has no pair for the start of the motion, the warp gets the pair (0, 0). So no pose is repeated.
 #[test]
 fn a_warp_from_its_first_moment_on_repeats_no_pose() {
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();

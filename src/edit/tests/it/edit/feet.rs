@@ -64,7 +64,8 @@ fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
     }
 }
 
-/// In the clips with the most foot sliding, other joints move by more than 2 cm. With a limit, they move by no more.
+/// In the clips with the most foot sliding, other joints move by more than 2 cm. With a limit of 2 cm, they stay within
+/// the limit.
 #[test]
 fn other_joints_stay_within_a_limit() {
     for (file, mut largest) in [
@@ -103,7 +104,7 @@ fn other_joints_stay_within_a_limit() {
     }
 }
 
-/// Joints accelerate no more than before: knees do not pop, toes do not jump.
+/// Joints accelerate no more than before the lock: knees do not pop, and toes do not jump.
 #[test]
 fn no_joint_is_jerked() {
     for file in [
@@ -269,7 +270,7 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
 fn a_known_slide_is_found_and_taken_back() {
     for file in ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "z_up_dab.bvh"] {
         let mut clean = import(file);
-        // The contacts of a locked motion begin a little earlier and end later, twice in this clip.
+        // In a locked motion, contacts begin a little earlier and end a little later. So the clip is locked twice.
         for _ in 0..2 {
             foot_lock(&mut clean, 0, &FootLockOptions::default()).unwrap();
         }

@@ -67,7 +67,7 @@ proptest! {
         let scene = import(WALK);
         let mut warped = scene.clone();
         let rate = scene.animations[0].ticks_per_second;
-        // Whole frames stay whole frames.
+        // The times are whole frames, before and after the warp.
         let moment = |frame: u32, to: u32| (f64::from(frame) / rate, f64::from(to) / rate);
         let middle = 100 * middle;
         let moments = [moment(0, 0), moment(middle, middle), moment(522, middle + factor * (522 - middle))];
@@ -293,8 +293,8 @@ fn a_weight_may_change_over_time() {
     }
 }
 
-/// A walk, blended with the same walk in another direction, gives this walk in a direction between the two, as fast and
-/// without a jump. At 180 degrees, a mean of the positions would not move at all.
+/// A walk, blended with the same walk in another direction, gives this walk in a direction between the two directions.
+/// The result is as fast as the walk, and has no jump. At 180 degrees, a mean of the positions would not move at all.
 #[test]
 fn walks_in_different_directions_are_mixed_as_each_figure_sees_them() {
     let first = part(&import(WALK), 0, 300);

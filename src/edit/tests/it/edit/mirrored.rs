@@ -128,7 +128,7 @@ fn each_bone_is_turned_about_itself_as_its_partner_was() {
     let (x, z) = ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]);
     let arm = [[LeftUpperArm, LeftLowerArm], [LeftLowerArm, LeftHand]];
     let leg = [[LeftUpperLeg, LeftLowerLeg], [LeftLowerLeg, LeftFoot]];
-    // The sides of the last body differ, so the directions of its bones differ by as many degrees.
+    // The two sides of the last body differ, so the directions of its bones may differ by this number of degrees.
     for (file, arms, legs, degrees) in [
         ("real/motionbuilder_vicon_walk.bvh", x, x, 0.1),
         ("real/cmu_12_01_walk.bvh", x, x, 0.1),
