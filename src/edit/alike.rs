@@ -16,8 +16,8 @@ use crate::graph::distance::Window;
 /// The highest rate at which frames are compared, in frames per second. A higher rate finds the same frames.
 const MOST_PER_SECOND: f64 = 60.0;
 
-/// A frame rate may be above `MOST_PER_SECOND` by this fraction, because frame times in files are rounded. A higher
-/// rate is divided by 2, 3 and so on.
+/// A frame rate may be above `MOST_PER_SECOND` by this fraction, because frame times in files are rounded. If the rate
+/// is still higher, it is divided by the smallest whole number that makes it low enough.
 const ROUNDED: f64 = 1e-3;
 
 /// The longest window of frames that is compared, in seconds: the window of a motion graph.
@@ -55,8 +55,9 @@ pub(super) fn check(within: f64) -> Result<()> {
 }
 
 impl Alikeness {
-    /// Compares the animation of a step, whose frames are `first`, with the first animation of `other`. It searches
-    /// `within` seconds. Returns `None` if `within` is 0 or a motion is shorter than a window.
+    /// Compares the animation that a step changes with the first animation of `other`. `first` has the frames of the
+    /// changed animation. The search covers `within` seconds. Returns `None` if `within` is 0 or a motion is shorter
+    /// than a window.
     pub(super) fn new(
         scene: &Scene,
         input: &StepInput<'_>,
@@ -117,9 +118,9 @@ impl Alikeness {
         [0, 1].map(|motion| room(&self.clouds[motion]))
     }
 
-    /// The two most similar windows, one of each motion. Each pair of `parts` has the windows to compare, by their
-    /// first frames. If several pairs are equally similar, the first pair is chosen. The result has the times of the
-    /// frame `frame` of both windows.
+    /// The two most similar windows, one of each motion. Each pair of `parts` has the first frames of the windows to
+    /// compare: a range for each motion. If several pairs are equally similar, the first pair is chosen. The result has
+    /// the time of frame `frame` of each window.
     fn least<const N: usize>(&self, parts: [(Range<usize>, Range<usize>); N], frame: usize) -> MomentPair {
         let [a, b] = &self.clouds;
         let mut nearest = (f32::INFINITY, [0, 0]);

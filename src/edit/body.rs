@@ -28,7 +28,7 @@ pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figur
     Ok(Figure::with_bones(scene, humanoid))
 }
 
-/// The figure of a scene and its animal, if the figure is an animal on four legs.
+/// The figure of a scene and the joints of its body parts, if the figure is an animal on four legs.
 pub(super) fn animal_of(scene: &Scene, known: Option<&Humanoid>) -> Option<(Figure, Quadruped)> {
     let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
     if humanoid.creature != Some(Creature::FourLegged) {

@@ -28,7 +28,7 @@ pub(super) struct Placement {
 }
 
 impl Carrier {
-    /// The topmost node with a moving position. If no position moves, the topmost node.
+    /// Chooses the topmost node whose position moves. If no position moves, chooses the topmost node.
     pub(super) fn new(scene: &Scene, frames: &Frames) -> Self {
         let moves = |column: &usize| {
             let track = frames.track(*column);

@@ -31,8 +31,8 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    /// The chain from the joint `start` to the joint `tip`. Without `start`, the chain is `limb`, and `tip` is a joint
-    /// at its end.
+    /// The chain from the joint `start` to the joint `tip`. Without `start`, the chain is `limb`, and `tip` is the
+    /// wrist, the ankle or a joint below.
     pub(super) fn new(
         scene: &Scene,
         input: &StepInput<'_>,

@@ -18,8 +18,8 @@ use super::frames::{Frames, tracks};
 /// Thresholds that decide when a foot or a hand is at rest.
 ///
 /// A point comes to rest when its height is at most `height` and its speed at most `speed`. It stays at rest until its
-/// height or its speed is above `release` times this limit. Heights are relative to the point's own resting level,
-/// because an ankle rests higher above the floor than a toe.
+/// height is above `release` times `height`, or its speed is above `release` times `speed`. Heights are relative to the
+/// point's own resting level, because an ankle rests higher above the floor than a toe.
 ///
 /// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -303,7 +303,7 @@ impl LiveContacts {
         }
     }
 
-    /// Which feet are at rest, `before` frames before the last.
+    /// Which feet are at rest, `before` frames before the last frame.
     #[doc(hidden)]
     pub fn at(&self, before: usize) -> [bool; 2] {
         let mut found = [false; 2];

@@ -181,8 +181,8 @@ fn spikes(
             let from = frame.saturating_sub(AROUND);
             let mut around = offs[from..(frame + AROUND + 1).min(offs.len())].to_vec();
             let usual = median(&mut around).unwrap_or(0.0);
-            // The frame next to a spike also has a distance, which is about half as large. So only the highest distance
-            // counts.
+            // In the frame next to a spike, the distance is about half of the distance in the spike. So only the
+            // largest distance counts.
             let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
             let is_peak = offs[frame] >= 0.75 * highest;
             // A spike comes back: the values before and after are nearer to each other than to the spike.

@@ -50,7 +50,7 @@ const FASTEST: f32 = 4500.0;
 /// The repairs in one track.
 #[derive(Clone, Default)]
 pub(super) struct FlipOutcome {
-    /// For each frame, whether it was changed. Empty if none was.
+    /// For each frame, whether it was changed. Empty if no frame was changed.
     pub(super) frames: Vec<bool>,
     /// The number of repaired runs.
     pub(super) runs: usize,
@@ -202,7 +202,7 @@ fn jumps_of(steps: &[f32], least: f32) -> Vec<usize> {
 }
 
 /// Interpolates runs of frames in which a position jumps away by `least` or more and comes back. Returns the number of
-/// runs. In so short a time, no body can go there and back.
+/// runs. No body can move away and come back in such a short time.
 pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize {
     let steps: Vec<f32> = track.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
     let jumps = jumps_of(&steps, least);

@@ -34,7 +34,7 @@ const SCALES: [f64; 2] = [0.25, 0.015];
 const ROUNDS: usize = 16;
 /// The time between two knots of the curve of the drift, in seconds. A walk has about four steps in this time.
 const KNOT: f64 = 2.5;
-/// The largest number of knots. The time of the fit grows with its square.
+/// The largest number of intervals between knots. The time of the fit grows with the square of this number.
 const KNOTS: usize = 100;
 /// The standard deviation of the height of a foot in stance, in metres. Its causes are soft soles and noise.
 const OF_FOOT: f64 = 0.01;
@@ -125,8 +125,8 @@ impl Floor {
         self.rise[0] * from.x + self.rise[1] * from.y + self.drift[frame]
     }
 
-    /// For each point of `feet`: its height in contact on a level floor. Also, for each frame, its height above the
-    /// contact on the found floor, with its slope and its drift.
+    /// For each point of `feet`, the height of the point in contact on a level floor. Also, for each frame, the height
+    /// of the point above its contact on the found floor. The found floor has a slope and a drift.
     pub(super) fn stands<'a>(&'a self, feet: &'a Feet) -> impl Iterator<Item = (f64, Vec<f64>)> + 'a {
         feet.points.iter().zip(&feet.sides).map(|((kind, track), side)| {
             let level = self.levels[*kind] + self.right_over_left * side;
@@ -239,8 +239,8 @@ impl Feet {
         .collect()
     }
 
-    /// For each frame, the velocity in m/s of the slowest point of the feet. Only points count that are low and slower
-    /// than `fastest`; `None` without one.
+    /// For each frame, the velocity in m/s of the slowest point of the feet. Only low points that are slower than
+    /// `fastest` count. `None` if there is no such point.
     pub(super) fn ground(&self, fastest: f64) -> Vec<Option<DVec3>> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let levels: Vec<f64> = self
@@ -265,8 +265,8 @@ impl Feet {
         (0..self.frames).map(of_frame).collect()
     }
 
-    /// The velocity of a point during each stance longer than [`STANDS`], without the first and the last half of
-    /// [`OVER`]; `None` in other frames.
+    /// The velocity of a point during each stance longer than [`STANDS`]. At both ends of a stance, half of [`OVER`] is
+    /// left out. `None` in other frames.
     fn stands(&self, track: &[DVec3]) -> Vec<Option<DVec3>> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let least = (STANDS * self.rate) as usize;
@@ -445,7 +445,7 @@ fn of(feet: &Feet) -> Option<Floor> {
     Some(floor)
 }
 
-/// The height below which a tenth of the heights are.
+/// The 10th percentile of the heights.
 fn low(heights: impl Iterator<Item = f64>) -> f64 {
     let mut heights: Vec<f64> = heights.collect();
     heights.sort_unstable_by(f64::total_cmp);

@@ -165,8 +165,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Whether the position of a node relative to its parent changes during the motion. Changes after the reading, or
-    /// after the last call of [`settle`](Self::settle), do not count.
+    /// Whether the position of a node relative to its parent changes during the motion. Changes by a step count only
+    /// after a call of [`settle`](Self::settle).
     pub(super) fn moves(&self, node: NodeId) -> bool {
         let column = self.column(node);
         column.is_some_and(|column| self.constant[column].translation.is_none())

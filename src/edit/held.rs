@@ -65,7 +65,7 @@ impl std::fmt::Display for LimbReport {
 /// this time before and after that frame, in seconds.
 const PASSING: f64 = 0.2;
 
-/// The solution for one frame: the limb at its goal, and the position of its tip before.
+/// The solution for one frame: the limb at its goal, and the position of its tip before the step.
 struct HeldLimb {
     frame: usize,
     /// The fraction of the solution that is applied, from 0 to 1.
@@ -226,7 +226,7 @@ const LONGEST_BELL: f32 = 500.0;
 /// to the limb's plane.
 ///
 /// The most natural plane depends on the trunk and on the direction of the goal. Both are smoothed over time, because
-/// the elbow or knee would enlarge a jump of either.
+/// the elbow or knee would enlarge a jump of the trunk or of the direction.
 fn planes(
     scene: &Scene,
     frames: &Frames,
@@ -312,7 +312,7 @@ fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let of_joint = |joint: usize| solved.iter().map(move |of_frame| of_frame.rotations[joint]).collect();
     let joints: Vec<Vec<Quat>> = (0..count).map(of_joint).collect();
     for (at, of_frame) in solved.iter_mut().enumerate().filter(|(at, _)| nearest[*at] < radius) {
-        // In the half of these frames that is nearer to the moment, the mean replaces the rotation completely.
+        // Within half of `radius`, the mean replaces the rotation completely.
         let part = 2.0 * nearest[at] as f32 / radius as f32 - 1.0;
         let weight = 1.0 - ease(part.clamp(0.0, 1.0));
         for (rotation, all) in of_frame.rotations.iter_mut().zip(&joints) {

@@ -42,8 +42,7 @@ impl LayerPart {
         }
     }
 
-    /// The topmost bones of the part. Each list has alternatives: the first bone that the figure has is the one that
-    /// counts.
+    /// The topmost bones of the part. Each list has alternatives: the first bone that the figure has counts.
     const fn tops(self) -> &'static [&'static [HumanoidBone]] {
         use HumanoidBone as Bone;
         match self {

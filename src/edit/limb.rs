@@ -1,4 +1,4 @@
-//! Brings an arm or a leg to a goal, in one frame after the other.
+//! Brings an arm or a leg to a goal, frame by frame.
 
 use glam::{Quat, Vec3};
 use mocap_figure::axes::{angle_about, bend_axis};
@@ -113,7 +113,7 @@ pub(super) struct LimbChain {
 }
 
 impl LimbChain {
-    /// `tip` names the node that comes to the goal; without it, this is the wrist or the ankle.
+    /// `tip` names the node that comes to the goal; without `tip`, the wrist or the ankle comes to the goal.
     pub(super) fn new(scene: &Scene, body: &Body, limb: Limb, tip: Option<&str>) -> Result<Self> {
         let (bones, trunks) = limb.bones();
         let joint = |bone: Bone| -> Result<NodeId> {

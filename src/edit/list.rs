@@ -217,7 +217,7 @@ impl Serialize for EditStep {
     }
 }
 
-/// Reads the step from such an object as `Serialize` writes, or from text.
+/// Reads the step from text, or from an object as `Serialize` writes it.
 impl<'de> Deserialize<'de> for EditStep {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;

@@ -7,7 +7,7 @@
 //!
 //! Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing" (2002), lengthen the bones of a leg
 //! that is too short. This lock moves the hips instead, and bones keep their lengths. Nearly straight legs profit most,
-//! because a shift of the foot by one millimetre moves such a knee by centimetres.
+//! because a shift of the foot by one millimetre moves the knee of such a leg by centimetres.
 
 mod animal;
 mod follow;

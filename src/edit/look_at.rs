@@ -189,8 +189,8 @@ impl LookAt {
     }
 }
 
-/// Limits the rotation from frame to frame to `step`. The result is the mean of a sequence that lags and one that
-/// leads. Returns the change of each rotation, in radians.
+/// Limits the rotation from frame to frame to `step`. The result is the mean of a sequence that lags and a sequence
+/// that leads. Returns the change of each rotation, in radians.
 fn slow_down(turns: &mut [Quat], step: f32) -> Vec<f32> {
     let towards = |from: Quat, to: Quat| {
         let angle = from.angle_between(to);
@@ -226,10 +226,10 @@ fn slow_down(turns: &mut [Quat], step: f32) -> Vec<f32> {
 struct Gaze {
     neck: Option<NodeId>,
     head: NodeId,
-    /// The forward direction in the frame of the head.
+    /// The forward direction in the coordinate frame of the head.
     forward: Vec3,
     eyes: Vec<NodeId>,
-    /// The joint of the trunk that carries the neck, and the forward direction in its frame.
+    /// The joint of the trunk that carries the neck, and the forward direction in the coordinate frame of this joint.
     trunk: (NodeId, Vec3),
 }
 

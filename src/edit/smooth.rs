@@ -324,7 +324,7 @@ impl PaddedTrack {
 /// The changes of all frames in their tangent spaces: x, y and z.
 ///
 /// The rotation vector from one frame to another is the same in the tangent spaces of both, and its negative leads
-/// back. So each is computed once, for both frames.
+/// back. So each rotation vector is computed once, for both frames.
 fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
     let (pad, end) = (padded.pad, padded.pad + padded.last + 1);
     let mut sums = [0, 1, 2].map(|_| vec![0.0; padded.sign.len()]);

@@ -220,8 +220,8 @@ impl StepInfo {
     }
 }
 
-/// The documentation of a step, for bindings in other languages. It is separate from [`StepInfo`], so that a program
-/// contains it only if it uses it.
+/// The documentation of a step, for bindings in other languages. It is separate from [`StepInfo`], so that only
+/// programs that use the documentation contain it.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -340,7 +340,7 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// The placeholder for such a value in the help of the command line.
+    /// The placeholder for a value of this kind in the help of the command line.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "S",

@@ -219,7 +219,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     }
     let whole = gone[last];
     let at_fraction = |fraction: f64| {
-        // If the figure stays at one position, the path has no length, so the fraction is one of the duration.
+        // If the figure stays at one position, the path has no length, so the fraction refers to the duration.
         if whole <= 1e-6 {
             return (fraction * last as f64).round() as usize;
         }

@@ -20,7 +20,7 @@ pub(super) struct Work<'a> {
     /// For each frame, whether its values were interpolated, because the source did not measure them. Empty if there is
     /// no such frame.
     pub(super) missing: Vec<bool>,
-    /// The axis of a camera along which the body jittered; `None` if none was found.
+    /// The axis of a camera along which the body jittered; `None` if no such axis was found.
     pub(super) depth: Option<DVec3>,
     /// The metres in one unit of the scene.
     pub(super) metres: f32,

@@ -5,14 +5,14 @@ use glam::DVec3;
 use super::least_squares::{Knots, LeastSquares, biweight};
 use super::{Feet, KNOT, KNOTS, ONE_OBSERVATION, ROUNDS};
 
-/// The standard deviation of the speed of a foot in stance, in m/s, because the foot rolls.
+/// The standard deviation of the speed of a foot in stance, in m/s. The speed is not 0, because the foot rolls.
 const OF_STANDING: f64 = 0.01;
 /// The standard deviations in m/s of the drift over the ground, and of its change of slope at a knot. They are near the
 /// values of `OF_DRIFT`, per second.
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
 /// The least drift in height that is removed, in metres: twice `OF_DRIFT`.
 const LEAST_DRIFT: f64 = 0.03;
-/// The smallest drift over the ground that is removed, in metres. People who stand move their feet by less.
+/// The smallest drift over the ground that is removed, in metres. People who stand move their feet by less than this.
 const LEAST_DRIFT_OVER_GROUND: f64 = 0.1;
 /// The largest drift in height that is removed, in metres. Two steps of a stair are higher.
 const LARGEST_DRIFT: f64 = 0.25;

@@ -102,7 +102,8 @@ pub(super) struct Knots {
 }
 
 impl Knots {
-    /// Creates knots that are at most `apart` frames apart, but at most `most` knots.
+    /// Creates knots that are at most `apart` frames apart. If this needs more than `most` intervals, creates `most`
+    /// intervals.
     pub(super) fn new(frames: usize, apart: f64, most: usize) -> Self {
         let spans = ((frames as f64 / apart.max(1.0)).ceil() as usize).clamp(1, most);
         Self {

@@ -86,7 +86,7 @@ impl Frames<'_> {
     }
 }
 
-/// Warns about gaps that a step has filled only because it makes new frames.
+/// Warns about gaps that a step fills because it makes new frames and cannot keep gaps.
 pub(super) fn report_filled(scene: &mut Scene, animation: usize) {
     let gaps = scene.points_with_gaps(&scene.animations[animation]);
     let filled = gaps.iter().flatten().count();

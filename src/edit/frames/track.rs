@@ -74,7 +74,8 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         Arc::make_mut(&mut self.values)
     }
 
-    /// This track without keys that are shared and have not changed.
+    /// This track without the keys that it shares. An unchanged track becomes empty, and a changed track keeps its
+    /// values.
     fn changes(self) -> Track<'static, T> {
         Track {
             keys: self.keys.map(|_| &[][..]),
@@ -128,7 +129,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         values[frame] = value;
     }
 
-    /// Makes the track constant if [`constant_value`] does.
+    /// Makes the track constant if [`constant_value`] finds a value.
     fn settle(&mut self, constant: Option<T>, is_near: fn(T, T) -> bool) {
         if !self.is_unchanged()
             && let Some(value) = constant_value(&self.values, constant, is_near)
@@ -232,7 +233,7 @@ impl<'a> TrsTrack<'a> {
         self.scale.set(frame, trs.scale, frames);
     }
 
-    /// Makes each part constant if [`constant_value`] does.
+    /// Makes each part constant if [`constant_value`] finds a value for the part.
     pub(super) fn settle(&mut self, constant: &ConstantParts) {
         self.translation.settle(constant.translation, is_near);
         self.rotation.settle(constant.rotation, is_same_rotation);

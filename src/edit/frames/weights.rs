@@ -37,7 +37,7 @@ impl Target {
 
 impl Weights {
     /// # Errors
-    /// [`Code::LimitExceeded`] where few keys state very many frames.
+    /// [`Code::LimitExceeded`] if the animation has far too many frames for its number of keys.
     pub(super) fn new(scene: &Scene, animation: usize, ticks: &[f64]) -> Result<Self> {
         let keys = || scene.weights_in(animation).filter_map(|(_, keys)| keys);
         let stated: usize = keys().map(Keys::len).sum();
@@ -55,7 +55,7 @@ impl Weights {
         })
     }
 
-    /// The weights of the first `count` frames. Frames after the last repeat its weights.
+    /// The weights of the first `count` frames. Further frames repeat the weights of the last frame.
     pub(super) fn with_frames(&self, count: usize) -> Self {
         self.taken((0..count).map(|frame| (self, frame as f64)))
     }

@@ -17,7 +17,7 @@ const SMOOTH: f64 = 0.5;
 /// visibly away from it.
 const MOST_MOVED: f64 = 0.4;
 
-/// The largest turn of a walk, in radians (29 degrees), with the same reason as [`MOST_MOVED`].
+/// The largest turn of a walk, in radians (29 degrees), for the same reason as [`MOST_MOVED`].
 const MOST_TURNED: f64 = 0.5;
 
 /// The smallest distance that shows a direction, in metres. A figure that moves less while its direction is measured

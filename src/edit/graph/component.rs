@@ -7,7 +7,7 @@
 use super::{GraphTransition, MotionGraph};
 
 /// For each clip, the first and the last frame in the largest component. The largest component has the most frames; of
-/// equally large components, the first counts. It must have a transition.
+/// equally large components, the first counts. The largest component must have a transition.
 pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
     let points = points(graph);
     let edges = edges(&points, &graph.transitions);

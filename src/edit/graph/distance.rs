@@ -57,9 +57,9 @@ pub struct Window {
 
 /// Sums for each window of a tile.
 struct Moments {
-    /// The weighted means of the points over the ground and of their squared distances from this mean and from height
-    /// 0.
+    /// The weighted mean of the points over the ground.
     centre: Vec<DVec2>,
+    /// The weighted mean of the squared distances of the points from the centre of their window at height 0.
     square: Vec<f64>,
 }
 
@@ -273,7 +273,7 @@ wide::dispatch! {
 }
 
 wide::dispatch! {
-    /// Adds `values` multiplied by `times`.
+    /// Adds `values` multiplied by `times` to `sums`.
     fn add(sums: &mut [f64], times: f64, values: &[f64]) {
         for (sum, value) in sums.iter_mut().zip(values) {
             *sum += times * value;

@@ -1,4 +1,4 @@
-//! Finds all pairs of windows whose values are near each other. The values are those of [`Bound`](super::bound::Bound).
+//! Finds all pairs of windows whose values are near each other. The values come from [`Bound`](super::bound::Bound).
 //! The search uses boxes around eight successive windows, then boxes around eight nearby boxes, and so on, as in an
 //! R-tree (Guttman, 1984). Eight boxes are compared at once.
 

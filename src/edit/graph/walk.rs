@@ -176,8 +176,8 @@ impl Bend {
 }
 
 /// The weight of the second clip in a transition, by equation 3 of Kovar, Gleicher and Pighin. `part` is the fraction
-/// of the transition that is done. The speed of this curve does not jump at either end. Between the ends, it is slower
-/// than smoother curves, so joints are hardly faster than in the clips.
+/// of the transition that is done. The speed of this curve does not jump at either end. Smoother curves are steeper in
+/// the middle, so joints would move faster than in the clips.
 pub(crate) fn smooth(part: f64) -> f64 {
     part * part * (3.0 - 2.0 * part)
 }

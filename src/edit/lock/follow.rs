@@ -81,7 +81,7 @@ pub(super) struct Lift {
     wanted: f32,
     /// The smallest upward shift at which no part of the foot is below the floor.
     least: f32,
-    /// 1 on the ground, 0 in the air.
+    /// The weight of the ground contact: 1 on the ground, 0 in the air.
     pub(super) weight: f32,
 }
 
@@ -206,8 +206,8 @@ impl Foot for FootFollower {
         self.leg.see_points(pose);
     }
 
-    /// Rotates the foot so that the height difference between ball and ankle is as on the source, and no part of the
-    /// foot is below the floor.
+    /// Rotates the foot so that the height difference between ball and ankle equals the difference on the source. No
+    /// part of the foot is then below the floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
         let ankle = self.leg.leg.ankle;
         if let Some(follow) = self.heights.get(frame)

@@ -12,14 +12,15 @@ use super::weights::FootLockWeights;
 use crate::body::{Leg, and_below};
 use crate::contacts::DetectedContacts;
 
-/// The largest distance of an offset from the median offset of its contact, in metres. Other offsets are noise.
+/// The largest distance of an offset from the median offset of its contact, in metres. An offset at a larger distance
+/// is noise.
 const NEAR: f32 = 0.02;
 
-/// The part of a foot's height offset that is not corrected, in metres. The soles of shoes differ by as much.
+/// The part of a foot's height offset that is not corrected, in metres. The soles of shoes differ in height by as much.
 const LEAST: f32 = 0.01;
 
-/// The smallest height offset, in metres, at which a foot stands on an object instead of the ground. It is below the
-/// 0.15 m of a stair.
+/// The smallest height offset, in metres, at which a foot stands on an object instead of the ground. A step of a stair
+/// is higher: 0.15 m.
 const FARTHEST: f32 = 0.1;
 
 /// A locked foot.

@@ -10,7 +10,8 @@ use super::shift;
 /// this limit, [`LegTrack::bend_rate`] is finite for a straight leg.
 const STRAIGHT: f32 = 0.01;
 
-/// If the ankle is nearer to the hip joint than this fraction of the leg, the direction to the ankle is only rounding.
+/// If the ankle is nearer to the hip joint than this fraction of the leg, the direction to the ankle consists only of
+/// rounding errors.
 const NO_REACH: f32 = 1e-6;
 
 impl LegTrack {

@@ -125,8 +125,8 @@ impl<'a> Legs<'a> {
             .into())
     }
 
-    /// Changes the frames for `feet`. `floor` is in units of the scene. `hips` gets the known shifts of the feet. It
-    /// computes the missing shifts, and returns the shifts of the hips.
+    /// Changes the frames for `feet`. `floor` is in units of the scene. The function `hips` gets the known shifts of
+    /// the feet, computes the missing shifts, and returns the shifts of the hips.
     pub(super) fn change<F: Foot>(
         &mut self,
         scene: &Scene,

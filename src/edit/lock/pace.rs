@@ -1,10 +1,10 @@
-//! Compares the speed of a foot with and without the lock, and reduces the lock in frames in which it adds too much
-//! speed.
+//! Compares the speed of a foot with and without the lock, and reduces the lock in frames in which the lock adds too
+//! much speed.
 //!
-//! After a contact, a locked foot has to catch up with its swing. A leg that is too short pulls at a locked foot.
-//! Neither may be visible. The limits are multiples of the speed and the acceleration without the lock. If a joint of
-//! the foot exceeds a limit, the correction around this frame is reduced, round by round, until the joint is within its
-//! limits.
+//! After a contact, a locked foot has to catch up with its swing. A leg that is too short pulls at a locked foot. Both
+//! make the foot faster, which must not be visible. The limits are multiples of the speed and the acceleration without
+//! the lock. If a joint of the foot exceeds a limit, the correction around this frame is reduced, round by round, until
+//! the joint is within its limits.
 
 use glam::Vec3;
 use mocap_scene::pose::Pose;
@@ -27,8 +27,9 @@ pub(super) struct Pace {
     changed: Vec<Vec<Vec3>>,
     /// For each joint and frame, the largest allowed speed in m/s and acceleration in m/s^2.
     most: Vec<[Vec<f32>; 2]>,
-    /// For each frame, the fraction of the change that is made, and whether the last round changed it.
+    /// For each frame, the fraction of the change that is made.
     weights: Vec<f32>,
+    /// For each frame, whether the last round changed its weight.
     is_new: Vec<bool>,
     rate: f32,
     metres: f32,

@@ -6,8 +6,9 @@ use std::ops::{Add, Div, Mul};
 use glam::Vec3;
 
 /// Completes a shift that is known only in contacts. After a contact, the shift fades out to zero within `blend`
-/// frames, and before the next contact it fades in. If two contacts are nearer, the shift changes directly from one to
-/// the other. The curve is cubic Hermite, so values and speeds are continuous.
+/// frames, and before the next contact it fades in. If the time between two contacts is too short for both fades, the
+/// shift changes directly from one contact to the other. The curve is cubic Hermite, so values and speeds are
+/// continuous.
 pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     let mut shifts: Vec<Vec3> = known.iter().map(|shift| shift.unwrap_or_default()).collect();
     let slope = |frame: usize, other: Option<usize>| {

@@ -6,7 +6,8 @@ use mocap_figure::{Axis, Humanoid, HumanoidBone, Side};
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
 
-/// A bone is not corrected if its mirror image deviates too much from its partner: the cosine of 45 degrees.
+/// The cosine of 45 degrees: the largest angle between the mirror image of a bone and its partner at which the bone is
+/// corrected.
 const NEAR: f64 = 0.7;
 
 /// If a knee or an elbow is bent in the rest pose, the bend shows the axis of the joint. This is the sine of the
@@ -14,7 +15,7 @@ const NEAR: f64 = 0.7;
 const BENT: f64 = 0.2;
 
 /// The largest distance of a bone from its partner's mirror image in a symmetric rest pose, as a fraction of the
-/// distance from the hips to the farthest bone. Arms of the CMU skeleton have 4 %.
+/// distance from the hips to the farthest bone. The arms of the CMU skeleton reach 4 %.
 const ALIKE: f64 = 0.05;
 
 /// The smallest mean distance of a bone from its partner in a symmetric rest pose, as a fraction of the distance from

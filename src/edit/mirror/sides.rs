@@ -30,8 +30,8 @@ const POSTURE: f64 = 1.05;
 const NEARER: f64 = 0.79;
 
 /// The usual relations between the coordinate frames of two partners: a reflection along one of the axes, or the
-/// inversion. Each is multiplied by -1. A reflection then is half a turn about its axis, and the inversion is no
-/// rotation.
+/// inversion. Each is multiplied by -1. A reflection then becomes half a turn about its axis, and the inversion becomes
+/// the identity.
 const LAID: [DQuat; 4] = [
     DQuat::IDENTITY,
     DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
