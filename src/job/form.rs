@@ -126,7 +126,8 @@ impl Form {
         Ok(form)
     }
 
-    /// Refuses options for the rest pose or the root that the output cannot represent. The motion keeps its skeleton.
+    /// For a motion that keeps its skeleton: refuses options for the rest pose or the root that the output cannot
+    /// represent.
     pub(super) fn check_frames(self, frames: &SourceFrames) -> Result<()> {
         let extension = self.extension().unwrap_or_default();
         let stated = [
@@ -326,7 +327,7 @@ fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String>
     })
 }
 
-/// Reports files that cannot be written next to the output.
+/// Reports that textures cannot be written next to the output, if the output is standard output or a folder.
 fn problem_of_stream(writing: &OutputOptions) -> Option<String> {
     if writing.fbx.textures != FbxTextures::Beside {
         return None;

@@ -437,8 +437,8 @@ impl<'a> Maker<'a> {
     }
 }
 
-/// Reports the clips of several without their first frame, a rest pose. The steps of the scene from `known` on state
-/// them. Returns whether there are such clips.
+/// In a scene of several clips, reports each clip whose first frame, a rest pose, was dropped. The steps of the scene
+/// from the index `known` on state these clips. Returns whether there are such clips.
 fn say_of_clips(scene: &Scene, known: usize, hear: Listener<'_>) -> bool {
     let mut is_of_clips = false;
     for step in &scene.metadata.steps[known..] {

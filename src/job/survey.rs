@@ -193,8 +193,8 @@ impl SurveyOptions {
         Ok(made.map(|(path, text)| (path, text.into_bytes())).collect())
     }
 
-    /// The `mocap.toml` files near `paths` that have a pattern without a matching file. Each has a warning for each
-    /// such pattern.
+    /// The `mocap.toml` files near `paths` that have a pattern without a matching file. Each of these files has a
+    /// warning for each of its unmatched patterns.
     #[doc(hidden)]
     pub fn unmatched_patterns<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Vec<(PathBuf, Vec<Diagnostic>)> {
         mocap_io::import::attribution::unmatched_patterns(paths)

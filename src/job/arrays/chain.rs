@@ -151,7 +151,7 @@ impl<'a> Link<'a> {
     ) -> Self {
         let rest = Trs::from_matrix(transform);
         let still = channel.map_or(rest, |channel| channel.sample(0.0, rest));
-        // A matrix without tracks may contain shear, which translation, rotation and scale cannot express.
+        // The matrix of a node without tracks may contain shear, which translation, rotation and scale cannot express.
         let to_parent = channel.map_or(transform, |_| still.matrix());
         Self {
             node,

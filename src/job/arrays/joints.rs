@@ -19,8 +19,8 @@ pub struct Joint {
     pub name: String,
     /// The nearest ancestor in the output, as an index into its joints.
     pub parent: Option<usize>,
-    /// The offset from the parent in the rest pose, in the parent's axes and the unit of the output; without a parent,
-    /// from the origin in the file's axes.
+    /// The offset from the parent in the rest pose, in the parent's axes and the unit of the output. For a joint
+    /// without a parent, the offset from the origin, in the file's axes.
     pub offset: Vec3,
     /// Whether the node is an end site, which the file does not animate.
     pub end_site: bool,

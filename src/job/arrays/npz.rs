@@ -1,7 +1,8 @@
 //! Motion as NumPy's `.npz`.
 //!
-//! The format of `.npy` is NumPy's `numpy.lib.format`, version 1.0. It has a magic string, the length of the header, a
-//! Python literal padded with blanks to a multiple of 64 bytes, then the values.
+//! The format of `.npy` is NumPy's `numpy.lib.format`, version 1.0. A file has a magic string, the length of the
+//! header, the header, and the values. The header is a Python literal, padded with blanks, so that the values begin at
+//! a multiple of 64 bytes.
 
 use std::io::{Cursor, Write};
 

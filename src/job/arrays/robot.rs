@@ -59,7 +59,7 @@ pub fn robot_csv(motion: &RobotMotion, robot: &Robot) -> String {
 /// - `dof_pos` (frames x joints), `dof_names`
 /// - `local_body_pos` and `link_body_list`, which are `None`
 ///
-/// Protocol 4.
+/// The pickle has protocol 4.
 pub fn robot_pickle(motion: &RobotMotion) -> Vec<u8> {
     Pickle::dictionary(|pickle| {
         pickle_base(motion, pickle);

@@ -68,7 +68,7 @@ impl Maker<'_> {
         if keeps_clips {
             let changed = job.read.clip.index_in(&scene);
             let changed = changed.map_err(|error| error.with_path(motion))?;
-            // The file of a character keeps its other clips itself.
+            // If the output is the file of the scene with other animations, this file keeps its other clips.
             if let Some(index) = changed
                 && meshes::is_passed_through(job, self.format(), &scene)
             {

@@ -156,7 +156,7 @@ impl Maker<'_> {
             }
             false => target.faces_in(row.name),
         };
-        // The exporter reports these losses.
+        // The exporter reports the faces that the format cannot store.
         if let Some(lost) = lost_faces {
             scene.lose(lost.kind, lost.count as usize);
         }
@@ -168,7 +168,7 @@ impl Maker<'_> {
         let bones = self.names.is_some().then(bones);
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
-        // Changes the scene itself here. Otherwise the exporter would copy the scene first.
+        // Changes the rest pose in the scene itself. Otherwise, the exporter would copy the scene first.
         if !is_at_rest_for(&scene, row) {
             process::zero_rest_rotations(&mut scene)?;
         }

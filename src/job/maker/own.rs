@@ -37,7 +37,7 @@ impl Maker<'_> {
             axis.turn_frames(scene, humanoid.clone(), &self.bones)
                 .map_err(in_file)?;
         }
-        // Done before writing, so that the scene records the change for `verify`.
+        // Changes the rest pose before writing, so that the scene records the change for `verify`.
         if self.format().is_some_and(|row| !is_at_rest_for(scene, row)) {
             process::zero_rest_rotations(scene).map_err(in_file)?;
         }

@@ -21,7 +21,7 @@ const FRAMES: usize = 200;
 pub(super) struct Skeleton {
     /// The nodes of the skeleton, with some frames of its motions.
     scene: Scene,
-    /// Up in the world of the motions: files of one skeleton may be written along different axes.
+    /// The up axis in the world of the motions. Files of one skeleton may have different up axes.
     up: Axis,
     /// Whether the up axis of one of the motions is certain.
     up_is_sure: bool,

@@ -317,7 +317,7 @@ impl ComparisonBasis<'_> {
         let seconds = timeline.seconds(tick);
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(timeline.shown(tick) / timeline.rate, &mut here);
-        // The rounded time of this frame in glTF. Just before this time, a cut has another pose.
+        // In glTF, the time of this frame is rounded. Just before the rounded time, a cut has another pose.
         let rounded = if self.has_short_times {
             f64::from(seconds as f32)
         } else {

@@ -158,7 +158,7 @@ impl<'a> Comparison<'a> {
         if self.is_of_character {
             return (None, None);
         }
-        // Clips with the same name may be in another order in the file.
+        // The clips of the file may be in another order, so the first clip of each may not be a pair.
         let clips = clip::pairs(source, self.output).into_iter().enumerate();
         let shown = clips.filter_map(|(ours, theirs)| Some((ours, theirs?))).next();
         shown.map_or((Some(0), Some(0)), |(ours, theirs)| (Some(ours), Some(theirs)))

@@ -13,7 +13,8 @@ use serde_json::Value;
 
 use super::{Finding, FindingKind};
 
-/// Sections that are compared item by item, or not at all: animations are rewritten, which changes indices.
+/// Sections that are compared item by item, or not at all. The writer rewrites animations, which changes the indices in
+/// these sections.
 const BY_ITEM: [&str; 9] = [
     "accessors",
     "animations",

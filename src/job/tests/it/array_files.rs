@@ -73,7 +73,8 @@ fn smpl_names(count: usize) -> Vec<String> {
     names
 }
 
-/// Models that store vertices as SMPL does, one with a sparse matrix, and the coefficients of the motion.
+/// Two models store vertices as SMPL does, one of them with a sparse matrix. The file of the motion has the
+/// coefficients of the body's shape.
 #[test]
 fn a_model_gives_lengths_and_shape() {
     let text = fs::read_to_string(path("expected_bodies.json")).unwrap();

@@ -73,7 +73,7 @@ fn joints_of_a_robot_in_degrees_are_refused() {
 
 /// Normalized as for training networks: less the mean of each column, divided by its deviation.
 fn normalized(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    /// A deviation that counts as 0: the dataset has no such column.
+    /// A smaller deviation counts as 0. No column of the dataset has such a deviation.
     const STILL: f64 = 1e-3;
     let count = rows.len() as f64;
     let columns = (0..rows[0].len()).map(|column| {

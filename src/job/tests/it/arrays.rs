@@ -257,7 +257,7 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
         .last(Moment::Frame(5))
         .velocities(true);
     let motion = Arrays::of(&scene, &options).unwrap();
-    // At ten frames per second, the fourth is frame 2 + 4 / 2.
+    // The file has ten frames per second, the output twenty. Frame k of the output is frame 2 + k / 2 of the file.
     assert_eq!((motion.frames, motion.frame_rate()), (7, 20.0));
     // The shoulder is at (0.1 (n + 1), 0.02 n, 0). The old y becomes z, and a metre becomes 100 units.
     let joints = motion.joints().len();
@@ -313,7 +313,7 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
             .up(UpAxis::Y)
     };
     let contacts = |height| Arrays::of(&scene, &options(height)).unwrap().contacts.unwrap();
-    // In frame 4 it is low, but its central difference is already 5 m/s.
+    // In frame 4, the joint is low, but its speed by central differences is already 5 m/s.
     assert_eq!(
         contacts(0.05),
         [true, true, true, true, false, false, false, false, false]

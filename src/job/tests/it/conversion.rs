@@ -42,7 +42,8 @@ fn a_map_of_the_bones_decides_the_unit() {
     assert_ne!(reason(HumanoidMap::new()), reason(map));
 }
 
-/// A writer that counts the rows of pictures from above. The figure stands on its feet after the conversion.
+/// The writer of this file counts the rows of pictures from above, so +Y points down. After the conversion, the figure
+/// stands on its feet.
 #[test]
 fn what_stands_with_y_down_is_turned() {
     let mut scene = mocap::import("../../fixtures/skeletons/animics_all_along_z.bvh").unwrap();

@@ -80,7 +80,7 @@ fn joints_without_a_place_are_counted_and_strict_jobs_refuse_them() {
     }
 }
 
-/// The joints of a palm rotate the fingers below them. The palm joints of CMU's hands have no bone below.
+/// The joints of a palm rotate the fingers below them. The palm joints of CMU's hands have no bone below them.
 #[test]
 fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
     const HANDS: &str = "../../fixtures/real/cmu_12_01_walk.bvh";

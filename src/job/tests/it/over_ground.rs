@@ -217,8 +217,8 @@ fn the_ground_is_level_below_a_group_that_is_rotated() {
     assert!(travelled > 0.05, "{travelled}");
 }
 
-/// The soles of a skin are used for every output: a file that keeps the skin, a file that gets it, and a file without
-/// one.
+/// The soles of a skin are used for every output: a file that keeps the skin, a file that gets the skin, and a file
+/// without a skin.
 #[test]
 fn the_ground_under_a_skin_is_the_same_in_every_format() {
     let folder = tempfile::tempdir().unwrap();

@@ -615,8 +615,7 @@ type Case<'a> = (&'static str, &'static str, &'a [(&'static str, Value)]);
 #[test]
 fn outputs_that_were_refused_once_are_accepted() {
     let cases: &[Case<'_>] = &[
-        // A cut motion in place stays at the start point of the motion before the cut, not at the start of the part
-        // that is left.
+        // If a motion in place is cut, it stays where the whole motion began, not where the remaining part begins.
         (
             "dance.bvh",
             "fbx",

@@ -521,7 +521,8 @@ fn extended<T: Copy>(keys: &mut Vec<T>) {
     }
 }
 
-/// Some programs only accept whole frame rates. Each frame is then a little earlier, later frames by more.
+/// Some programs only accept whole frame rates. Each frame is then a little earlier than in the source, and this
+/// difference grows from frame to frame.
 #[test]
 fn a_long_motion_at_a_whole_frame_rate_is_compared_frame_by_frame() {
     let files = Files::of_fixture("cmu_01_01.bvh");

@@ -1,5 +1,5 @@
 //! Tests that a reader reads every written file and `verify` accepts it. `tools/fuzz` tests the same law with changed
-//! files. The files here once broke it.
+//! files. The files here once broke this law.
 
 use std::path::{Path, PathBuf};
 
