@@ -23,7 +23,7 @@ use super::tree::FeatureTree;
 
 /// Frames from one search to the next.
 const SEARCH: usize = 10;
-/// The controller does not jump to frames this near to the current frame.
+/// The controller does not jump to a frame that is at most this many frames before or after the current frame.
 const NEAR: usize = 20;
 /// The number of frames in which the difference of two poses fades out.
 const FADE: usize = 20;
@@ -32,10 +32,11 @@ const FADE: usize = 20;
 /// third of a second.
 const CORRECTED: f32 = 0.034;
 
-/// The largest shift of a figure by a correction, as a fraction of its step: too small to look like foot sliding.
+/// The largest shift of a figure by a correction, as a fraction of the distance that the figure moves in the frame. The
+/// shift is too small to look like foot sliding.
 const MOST_MOVED: f32 = 0.06;
 
-/// The largest turn of a figure by a correction, in radians per metre of its step.
+/// The largest turn of a figure by a correction, in radians per metre that the figure moves.
 const MOST_TURNED: f32 = 0.4;
 
 /// The length of the wanted trajectory below which the figure stops, in metres on legs of length
@@ -207,8 +208,9 @@ impl Controller {
         &self.steering
     }
 
-    /// Moves and turns the figure towards the wanted position and facing. The correction is a small fraction of `step`,
-    /// so that it is hardly visible. A figure that stands still is not corrected. Feet in contact stay locked.
+    /// Moves and turns the figure towards the wanted position and facing. `step` is the distance that the figure moves
+    /// in this frame. The correction is a small fraction of `step`, so that the correction is hardly visible. A figure
+    /// that stands still is not corrected. Feet in contact stay locked.
     ///
     /// Holden's demonstration (2021) corrects its character in the same way, by a fraction of the character's speed.
     pub(super) fn correct(&mut self, position: Vec3, forward: Vec3, step: f32) {

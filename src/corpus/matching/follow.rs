@@ -13,8 +13,8 @@ use super::features::{AHEAD, FEATURE_RATE};
 use super::record::Record;
 use super::trajectory::Trajectory;
 
-/// The length of the piece of the path in which the point nearest to the figure is searched. The piece begins at the
-/// last nearest point. In seconds at the wanted speed.
+/// The length of the piece of the path in which the point nearest to the figure is searched, as seconds at the wanted
+/// speed. The piece begins at the last nearest point.
 const LOOKED_AT: f64 = 0.5;
 /// The distance to the end of the path at which the figure has arrived, in metres.
 const ARRIVED: f64 = 0.2;

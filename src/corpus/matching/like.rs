@@ -19,8 +19,8 @@ use crate::survey::{Condition, Fingerprint, LIMBS, WIDTH, are_of_one_take, mirro
 /// The largest factor by which a part may be faster or slower than the query. Beyond it, the part looks like another
 /// movement.
 const PACE: f64 = 1.2;
-/// The additional tolerance for all samples except the last, in samples. The alignment needs it because it advances by
-/// whole samples.
+/// The additional tolerance for all samples except the last, in samples. The alignment needs this tolerance, because it
+/// advances by whole samples.
 const SLACK: f64 = 1.0;
 /// Weights of the squared differences of the last numbers of a sample: height of the hips, speed sideways, speed
 /// forward, speed of turning.

@@ -85,7 +85,8 @@ impl Corpus {
     }
 }
 
-/// The text that all clips of a group share. Near-duplicates share no name, so the text is the file.
+/// The text that all clips of a group share. Near-duplicates share no such text, so the text is the SHA-256 of the
+/// file, or its name if the SHA-256 is unknown.
 fn common(row: &ClipRow, by: &[SelectBy]) -> String {
     match () {
         () if by.contains(&SelectBy::Person) => row.person.clone().unwrap_or_default(),

@@ -45,7 +45,7 @@ const OWN_LEVEL: f32 = 0.012;
 /// The least depth of a span below the floor, in metres.
 const BELOW: f32 = 0.02;
 /// Depths in leg lengths. At the first depth or more, the foot may stand on a lower floor, such as a stair. At the
-/// second depth or more, it certainly does, and has not sunk.
+/// second depth or more, the foot certainly stands on a lower floor, and has not sunk.
 const ANOTHER_FLOOR: [f32; 2] = [0.25, 0.35];
 /// Two spans below the floor are joined if the foot is above the floor between them for at most this time, in seconds.
 /// The time is a step.

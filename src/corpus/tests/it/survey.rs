@@ -15,7 +15,7 @@ fn import(file: &str) -> Scene {
 
 #[test]
 fn units_of_real_files() {
-    // CMU's conversions have their own unit. The other files state or imply theirs.
+    // CMU's conversions have their own unit. The other files state or imply their units.
     let files = [
         ("cmu_01_01.bvh", Unit::Cmu),
         ("cmu_12_01_walk.bvh", Unit::Cmu),
