@@ -18,7 +18,8 @@ pub(super) struct Leg {
     pub(super) ankle: NodeId,
 }
 
-/// The figure of a scene. Fails if it is no humanoid. The bones come from `known`; without `known`, mocap finds them.
+/// The figure of a scene. Fails if the figure is no humanoid. The bones come from `known`; without `known`, mocap finds
+/// them.
 pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figure> {
     let humanoid = known.cloned().unwrap_or_else(|| Humanoid::of(scene));
     if !humanoid.found {
@@ -60,8 +61,8 @@ impl Leg {
 /// sine of the knee's angle. The rest pose has a shorter axis, so that it counts less than the motion.
 const HINGE_AT_REST: f32 = 0.05;
 
-/// The hinge axis of a knee according to the rest pose, in the coordinate frame of the thigh. It points to the left of
-/// the figure. The axis is short, so it counts only if the knee hardly bends in the motion.
+/// The hinge axis of a knee according to the rest pose, in the coordinate frame of the thigh. The axis points to the
+/// left of the figure. The axis is short, so it counts only if the knee hardly bends in the motion.
 #[doc(hidden)]
 pub fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
     let rotation = rotation_of(&rest.node_to_world[thigh.index()]);
@@ -86,8 +87,8 @@ pub(super) fn and_below(scene: &Scene, node: NodeId) -> impl Iterator<Item = Nod
     std::iter::once(node).chain((node.index() + 1..scene.nodes.len()).take_while(below).map(NodeId::new))
 }
 
-/// The node whose translation moves the whole figure. It is the first joint whose position moves, from `hips` upwards.
-/// If no position moves, it is the topmost joint.
+/// The node whose translation moves the whole figure. This node is the first joint whose position moves, from `hips`
+/// upwards. If no position moves, this node is the topmost joint.
 pub(super) fn mover(scene: &Scene, hips: NodeId, moves: impl Fn(NodeId) -> bool) -> NodeId {
     let above = |node: &NodeId| scene.nodes[node.index()].parent;
     let mut chain =

@@ -11,7 +11,7 @@ pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     let (from, to) = (track[before], track[after]);
     let steps = (after - before) as f32;
     // Rotations are interpolated in the tangent space at the frame before the gap. If only one frame is before or after
-    // the gap, it gives no speed. The mean speed over the gap then replaces it.
+    // the gap, this frame gives no speed. The mean speed over the gap then replaces the speed.
     let whole = log(from.rotation.inverse() * to.rotation);
     let turn_in = before.checked_sub(1).map_or(whole / steps, |earlier| {
         log(track[earlier].rotation.inverse() * from.rotation)

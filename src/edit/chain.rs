@@ -1,5 +1,5 @@
-//! The chain of joints that a step moves to a target. It is a limb of a humanoid, or a chain that the user names by its
-//! first joint.
+//! The chain of joints that a step moves to a target. The chain is a limb of a humanoid, or a chain that the user names
+//! by its first joint.
 
 use std::collections::BTreeMap;
 use std::iter::successors;

@@ -108,7 +108,7 @@ pub struct ContactPoint {
     /// The bone of the point: a foot (its point is the ankle), the toes (their point is the ball of the foot), or a
     /// hand.
     pub bone: HumanoidBone,
-    /// The node whose position is the point. If the toes have no joint, it is the first node below the ankle.
+    /// The node whose position is the point. If the toes have no joint, the node is the first node below the ankle.
     pub node: NodeId,
     /// The name of the node.
     pub name: String,

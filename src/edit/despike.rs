@@ -159,7 +159,7 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     Ok(report)
 }
 
-/// For each frame of a track, whether it is a spike.
+/// For each frame of a track, whether the frame belongs to a spike.
 fn spikes(
     track: &[Trs],
     options: &Despike,

@@ -3,9 +3,9 @@
 //!
 //! A step is the rotation of a joint from one frame to the next. A jump is a step that is far larger than the steps
 //! around it. The frames between two jumps that undo each other are a run. If one rotation separates the whole run from
-//! the motion, such as a roll of 180 degrees, the run is rotated back. It then keeps its own motion. Any other short
-//! run is replaced by rotations that are interpolated between the frames before and after it. If no later jump undoes a
-//! jump, and the jump is a rotation about the bone, [`twist`] spreads it over several frames.
+//! the motion, such as a roll of 180 degrees, the run is rotated back. The run then keeps its own motion. Any other
+//! short run is replaced by rotations that are interpolated between the frames before and after it. If no later jump
+//! undoes a jump, and the jump is a rotation about the bone, [`twist`] spreads it over several frames.
 
 use std::ops::Range;
 
@@ -26,8 +26,8 @@ const JUMP: f32 = 5.0;
 const BESIDE: f32 = 0.45;
 /// The smallest jump that is looked for, in degrees. Smaller jumps are spikes, which `despike` finds by its threshold.
 const LEAST: f32 = 35.0;
-/// The smallest rotation that may be a jump between two frames with unknown frames between them, in degrees. It is
-/// below [`LEAST`]: if the unknown frames hide an exchange of left and right limbs, the jump is small, because both
+/// The smallest rotation that may be a jump between two frames with unknown frames between them, in degrees. This angle
+/// is below [`LEAST`]: if the unknown frames hide an exchange of left and right limbs, the jump is small, because both
 /// limbs have similar poses.
 const LEAST_OVER: f32 = 20.0;
 
@@ -50,7 +50,7 @@ const FASTEST: f32 = 4500.0;
 /// The repairs in one track.
 #[derive(Clone, Default)]
 pub(super) struct FlipOutcome {
-    /// For each frame, whether it was changed. Empty if no frame was changed.
+    /// For each frame, whether the frame was changed. Empty if no frame was changed.
     pub(super) frames: Vec<bool>,
     /// The number of repaired runs.
     pub(super) runs: usize,

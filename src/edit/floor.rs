@@ -95,7 +95,7 @@ impl Floor {
     }
 
     /// The slope in degrees that the footsteps show. The slope along a principal axis of the footsteps counts only if
-    /// they extend far enough along this axis.
+    /// the footsteps extend far enough along this axis.
     fn slope_shown_by(&self, steps: &[SlowPoint]) -> f64 {
         let places = || steps.iter().map(|step| (step.at() - self.centre).truncate());
         let [xx, xy, yy] = places().fold([0.0; 3], |[xx, xy, yy], at| {
@@ -335,8 +335,8 @@ impl SlowPoint {
     }
 }
 
-/// The unknowns of the fit are two levels, two rises, a height difference and the knots of the drift. These are the
-/// indices of the rises.
+/// The unknowns of the fit are two levels, two rises, a height difference and the knots of the drift. This constant has
+/// the indices of the two rises.
 const RISES: [usize; 2] = [2, 3];
 /// The index of the height difference between the right and the left foot among the unknowns.
 const RIGHT_OVER_LEFT: usize = 4;
@@ -362,7 +362,7 @@ fn height(work: &Work<'_>) -> f64 {
 /// The positions in every frame of the points that show the height of the ground, in one list for each kind of point.
 fn tracks_of_feet(work: &Work<'_>) -> [Vec<Vec<Vec3>>; 3] {
     let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
-    // One pass over the frames for all kinds, because the poses take most of the time.
+    // Computes all kinds of points in one pass over the frames, because the poses take most of the time.
     let mut all = tracks(&work.frames, work.scene, &points.nodes.concat()).into_iter();
     points.nodes.map(|nodes| all.by_ref().take(nodes.len()).collect())
 }

@@ -1,4 +1,4 @@
-//! The step of [`foot_lock`](crate::foot_lock()). It has the options that text and JSON can express.
+//! The step that calls [`foot_lock`](crate::foot_lock()). The step has the options that text and JSON can express.
 
 use std::fmt;
 

@@ -399,7 +399,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Sets the rotation of `node` to its rotation in `pose`. Its translation and scale do not change.
+    /// Sets the rotation of `node` to its rotation in `pose`. The translation and the scale of `node` do not change.
     pub(super) fn set_rotation_of(&mut self, frame: usize, node: NodeId, pose: &Pose) {
         if let Some(old) = self.get(frame, node) {
             let rotation = Trs::from_matrix(pose.node_to_parent[node.index()]).rotation;

@@ -261,8 +261,8 @@ fn planes(
 /// The smoothed angle of the limb's plane in each frame. The angle is averaged over time in frames in which the goal is
 /// far from the limb. For example, an arm that is brought to the head does not keep its swing.
 fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
-    // Adds whole turns to the angle so that it is nearest to the last known angle. Unknown angles are skipped, because
-    // they are arbitrary, and could shift the next angles by a whole turn.
+    // Adds whole turns to the angle so that the angle is nearest to the last known angle. Unknown angles are skipped,
+    // because they are arbitrary, and could shift the next angles by a whole turn.
     let mut reference = 0.0;
     let unwrapped = swivels.iter().map(|swivel| {
         let angle = swivel.angle + ((reference - swivel.angle) / TAU).round() * TAU;

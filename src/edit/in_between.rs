@@ -161,14 +161,14 @@ struct Squad {
 impl Squad {
     fn new(values: [Trs; 4], keys: [usize; 4]) -> Self {
         let q = values.map(|value| value.rotation);
-        // A quaternion and its negative are the same rotation. Of both, the one nearer to the quaternion of the next
-        // key is chosen.
+        // A quaternion and its negative are the same rotation. Of the two, the quaternion that is nearer to the
+        // quaternion of the next key is chosen.
         let q1 = q[1];
         let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
         let q3 = in_hemisphere_of(q2, q[3]);
-        // The slope at a key comes from the keys before and after it, which may be unevenly spaced. It is scaled to the
-        // duration of this curve. The first and the last key of the motion have only one neighbour, so the curve is
-        // straight there.
+        // The slope at a key comes from the keys before and after it, which may be unevenly spaced. The slope is scaled
+        // to the duration of this curve. The first and the last key of the motion have only one neighbour, so the curve
+        // is straight there.
         let part = |before: usize, after: usize| {
             let [before, after] = [before, after].map(|index| keys[index] as f32);
             (keys[2] - keys[1]) as f32 / (after - before)

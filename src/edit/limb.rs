@@ -83,8 +83,8 @@ impl Limb {
 }
 
 /// Two angles between the old and the new direction of a limb, in radians. Up to the first angle, the plane in which
-/// the limb bends turns with the limb, by the shortest rotation. From the second angle on, it is the plane of
-/// [`Limb::natural`], because the shortest rotation is undefined near 180 degrees.
+/// the limb bends turns with the limb, by the shortest rotation. From the second angle on, the limb bends in the plane
+/// of [`Limb::natural`], because the shortest rotation is undefined near 180 degrees.
 const CARRIED: [f32; 2] = [1.0, 2.0];
 
 /// The displacement of the end of a limb, as a fraction of the limb's length. At or above this displacement, the plane
@@ -291,8 +291,8 @@ pub(super) struct Swivel {
     pub(super) angle: f32,
     /// How certain the angle is: 0 for an arbitrary angle, 1 for a certain one.
     pub(super) known: f32,
-    /// The fraction of the plane's own motion from frame to frame that is kept, from 0 to 1. It is 0 if the limb is
-    /// moved by [`FAR`] or more.
+    /// The fraction of the plane's own motion from frame to frame that is kept, from 0 to 1. The fraction is 0 if the
+    /// limb is moved by [`FAR`] or more.
     pub(super) detail: f32,
 }
 

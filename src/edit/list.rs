@@ -14,7 +14,8 @@ use super::{EditStep, StepInput, StepReport, text};
 
 /// Declares the file of each step as a module, and re-exports the public items of this file. The first item is the
 /// step, and the report of the step follows `=>`. The macro makes the enums [`EditStep`] and [`StepReport`] from this
-/// list. It also makes the module `report`, which has all reports, also those of files without a step.
+/// list. The macro also makes the module `report`. This module has all reports, including reports of files without a
+/// step.
 macro_rules! steps {
     (
         report { $($shared:ident: $shared_report:ident;)* }
@@ -194,7 +195,7 @@ impl EditStep {
     ///
     /// # Errors
     /// [`Code::UnknownOption`] for a step or an option that does not exist. [`Code::InvalidValue`] for a value that an
-    /// option does not take, and for a text that is no such list.
+    /// option does not take, and for a text that is no list of steps.
     pub fn list_from_json(text: &str) -> Result<Vec<Self>> {
         let list: Vec<Value> = serde_json::from_str(text).map_err(|error| {
             let message = format!("steps must be a JSON list, such as [\"mirror\", \"smooth:cut-off=8\"]: {error}");

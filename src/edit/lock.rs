@@ -1,9 +1,9 @@
 //! Removes foot sliding during ground contact.
 //!
 //! In each frame of a contact, the lock shifts the foot back by the distance that the contact point slid. The shift
-//! moves the foot as a whole. It keeps the foot's rotation in the world, so a foot may still roll from heel to ball,
-//! and turn. [Two-bone inverse kinematics](mocap_scene::Pose::bend_limb) moves the leg. After a contact, the shift
-//! fades out, and before the next contact it fades in, without a jump in speed.
+//! moves the foot as a whole. The shift keeps the foot's rotation in the world, so a foot may still roll from heel to
+//! ball, and turn. [Two-bone inverse kinematics](mocap_scene::Pose::bend_limb) moves the leg. After a contact, the
+//! shift fades out, and before the next contact it fades in, without a jump in speed.
 //!
 //! Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing" (2002), lengthen the bones of a leg
 //! that is too short. This lock moves the hips instead, and bones keep their lengths. Nearly straight legs profit most,
@@ -48,8 +48,8 @@ use super::frames::Frames;
 pub struct FootLockOptions {
     /// The thresholds that decide when a foot is in contact.
     pub contacts: ContactOptions,
-    /// The contacts, if the caller knows them, for example from the source of a retargeted motion. They must have as
-    /// many frames as the motion. Default: `None`, the lock finds the contacts.
+    /// The contacts, if the caller knows them, for example from the source of a retargeted motion. The known contacts
+    /// must have as many frames as the motion. Default: `None`, the lock finds the contacts.
     pub known: Option<DetectedContacts>,
     /// Seconds before a contact during which the shift of the foot fades in, and after a contact during which it fades
     /// out. Default: 0.2.

@@ -80,8 +80,8 @@ const FASTEST: f32 = 6.98;
 /// The smallest angle by which a slowed rotation visibly misses the target, in radians: a tenth of a degree.
 const BEHIND_TIME: f32 = 0.0017;
 
-/// The number of rotations towards the target. Each rotation also moves the eyes, so the next one corrects an error
-/// that is about a tenth as large.
+/// The number of rotations towards the target. Each rotation also moves the eyes, so the next rotation corrects an
+/// error that is about a tenth as large.
 const ROUNDS: usize = 8;
 
 impl Step for LookAt {

@@ -7,7 +7,7 @@ use mocap_scene::scene::{NodeId, Scene};
 use super::frames::Frames;
 
 /// The frames of an animation, and the frames of the first animation of `other`, a scene with the same joints. Both
-/// store every node that is moved by at least one of the two animations.
+/// lists of frames store every node that is moved by at least one of the two animations.
 pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames<'static>, Frames<'static>)> {
     if let Err(difference) = have_the_same_joints(scene, other) {
         let message = format!("the two motions have different skeletons: {difference}");

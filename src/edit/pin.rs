@@ -101,7 +101,7 @@ impl Step for Pin {
             let before = frames.clone();
             let held = hold(scene, &mut frames, &chain, &window, goal);
             let is = PinnedFrame::new(scene, &frames, &chain, target, inside, metres);
-            // Skips this contact, because the limb is too short, so that it would slide more than before.
+            // Skips this contact: the limb is too short, and would slide more than before.
             if self.range.is_none() && is.slide() > was.slide() {
                 frames = before;
                 report.left += 1;

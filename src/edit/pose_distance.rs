@@ -59,7 +59,7 @@ impl Poses {
     }
 
     /// The distances from one pose of `from` to all poses of `self`. `index` is the index of this pose among the chosen
-    /// frames of `from`. Both have the same joints.
+    /// frames of `from`. `from` and `self` have the same joints.
     pub(super) fn distances(&self, from: &Self, index: usize) -> Vec<f32> {
         let mut sums = vec![0.0; self.count];
         for (track, from) in self.rotations.iter().zip(&from.rotations) {

@@ -122,8 +122,8 @@ impl<'a> StepInput<'a> {
         self
     }
 
-    /// The scene of the second motion, for a step that takes one. The step uses the first animation of this scene. Its
-    /// skeleton must have the same joints as the skeleton of the changed scene.
+    /// The scene of the second motion, for a step that takes one. The step uses the first animation of this scene. The
+    /// skeleton of this scene must have the same joints as the skeleton of the changed scene.
     #[must_use]
     pub fn other(mut self, other: impl Into<Option<&'a Scene>>) -> Self {
         self.other = other.into();

@@ -58,8 +58,8 @@ impl TargetJoint {
 }
 
 impl ReachTarget {
-    /// Finds the target in a scene. Refuses a node that is one of `moved` or below one of them, because it would move
-    /// with the limb.
+    /// Finds the target in a scene. Refuses a node that is one of `moved` or below one of them, because this node would
+    /// move with the limb.
     pub(super) fn find(
         &self,
         scene: &Scene,

@@ -1,5 +1,5 @@
-//! Reads and prints steps as text, `NAME:key=value,...`, and as JSON. The code works on JSON values, so that it is the
-//! same for all steps.
+//! Reads and prints steps as text, `NAME:key=value,...`, and as JSON. The code works on JSON values, so that the code
+//! is the same for all steps.
 
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use serde_json::{Map, Value};

@@ -32,7 +32,7 @@ struct TwistedJoint {
 
 /// Spreads the jump of a joint between `frame - 1` and `frame` over several frames. The jump must be a roll about the
 /// joint's bone, and jumps of the joints below must be rolls, too. Returns the changed columns and frames; no columns
-/// if the jump is no such roll.
+/// if one of these jumps is no roll.
 pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: usize) -> (Vec<usize>, Range<usize>) {
     let width = ((SPREAD * frames.rate).round() as usize).clamp(2, MOST_FRAMES);
     let within = frame.saturating_sub(width)..(frame + width).min(frames.len());

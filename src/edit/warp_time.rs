@@ -55,7 +55,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     let count = frames.up_to(seconds * frames.rate + 1e-6, &[])?;
     let old_frame = |frame: usize| {
         let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
-        // Rounding errors may change a whole frame number a little, so it is rounded.
+        // Rounding errors may change a whole frame number a little, so the number is rounded.
         if (tick - tick.round()).abs() < 1e-6 {
             tick.round()
         } else {
@@ -84,8 +84,8 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     })
 }
 
-/// The pairs, with the pair (0, 0) for the start of the motion before them if it is missing. Without this pair, a first
-/// pair such as (0.3, 0.6) would need a motion before the start.
+/// The pairs. If the pair (0, 0) for the start of the motion is missing, the function adds it before the first pair.
+/// Without this pair, a first pair such as (0.3, 0.6) would need a motion before the start.
 fn anchored(moments: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let start = moments.first().filter(|(from, to)| *from > 0.0 && *to > 0.0);
     let start = start.map(|_| (0.0, 0.0));

@@ -41,8 +41,8 @@ impl Window {
     }
 
     /// A window for each run of frames for which `is_inside` is true. The effect fades in and out over `ease` frames.
-    /// If two runs are near each other, it fades out in the first half of the gap between them, and fades in during the
-    /// second half.
+    /// If two runs are near each other, the effect fades out in the first half of the gap between them, and fades in
+    /// during the second half.
     pub(super) fn of_runs(is_inside: &[bool], ease: f64) -> Vec<Self> {
         let mut windows: Vec<Self> = Vec::new();
         for frame in (0..is_inside.len()).filter(|frame| is_inside[*frame]) {

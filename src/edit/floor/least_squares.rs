@@ -75,8 +75,8 @@ impl Solution {
         x
     }
 
-    /// An element of the inverse of the matrix. If it is multiplied by the variance of an equation of weight 1, it is
-    /// the covariance of two unknowns.
+    /// An element of the inverse of the matrix. This element times the variance of an equation of weight 1 is the
+    /// covariance of two unknowns.
     pub(super) fn covariance(&self, one: usize, other: usize) -> f64 {
         let unit = |at: usize| {
             let mut unit = vec![0.0; self.values.len()];

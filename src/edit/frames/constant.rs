@@ -25,7 +25,7 @@ pub(super) fn is_near(value: Vec3, constant: Vec3) -> bool {
     value.distance(constant) <= ROUNDING * constant.length()
 }
 
-/// Whether two quaternions are the same rotation. A quaternion and its negative are.
+/// Whether two quaternions are the same rotation. A quaternion and its negative are the same rotation.
 pub(super) fn is_same_rotation(value: Quat, constant: Quat) -> bool {
     let apart = (value - constant).length().min((value + constant).length());
     apart <= ROUNDING

@@ -34,7 +34,7 @@ impl Frames<'_> {
         }
     }
 
-    /// Whether a point is seen at a fractional frame: it must be seen in the frames before and after.
+    /// Whether a point is seen at a fractional frame: the point must be seen in the frames before and after.
     pub(super) fn is_visible(&self, frame: f64, column: usize) -> bool {
         let last = self.len().saturating_sub(1);
         let at = |frame: f64| {
@@ -52,8 +52,8 @@ impl Frames<'_> {
         self.with_rows(rows).taking(self, taken)
     }
 
-    /// A motion with one frame per tick. Frame `i` has the transforms of frame `chosen[i]`. Its gaps and morph weights
-    /// are sampled at the fractional frame `times[i]`.
+    /// A motion with one frame per tick. Frame `i` has the transforms of frame `chosen[i]`. The gaps and the morph
+    /// weights of frame `i` are sampled at the fractional frame `times[i]`.
     pub(crate) fn picked_of(&self, chosen: &[usize], times: &[f64]) -> Self {
         let taken: Vec<(&Self, f64)> = times.iter().map(|time| (self, *time)).collect();
         self.picked(chosen).taking(self, &taken)

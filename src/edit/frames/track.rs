@@ -27,7 +27,7 @@ impl Part for Quat {
     }
 }
 
-/// The values of a part in all frames: a single value if it is the same in all frames, otherwise one value for each
+/// The values of a part in all frames: a single value if all frames have the same value, otherwise one value for each
 /// frame.
 #[derive(Clone)]
 pub(super) struct Track<'a, T> {
@@ -47,8 +47,8 @@ impl<T> Default for Track<'_, T> {
 }
 
 impl<'a, T: Part + PartialEq> Track<'a, T> {
-    /// Shares the keys of an animation with `frames` frames, if there is one key for each frame and they are not all
-    /// equal.
+    /// Shares the keys of an animation with `frames` frames, if there is one key for each frame and the keys are not
+    /// all equal.
     fn of_keys(keys: &'a Keys<T>, frames: usize) -> Self {
         let is_every_frame = keys.ticks.is_none() && keys.values.len() == frames;
         let is_moving = || keys.values.iter().any(|value| *value != keys.values[0]);
@@ -186,7 +186,7 @@ impl<'a> TrsTrack<'a> {
         }
     }
 
-    /// Whether the values of a channel need no sampling: they are constant, or every frame has a key.
+    /// Whether the values of a channel need no sampling: the values are constant, or every frame has a key.
     pub(super) fn has_all_of(&self, channel: &Channel) -> bool {
         (self.translation.is_unchanged() || channel.position_keys.len() < 2)
             && (self.rotation.is_unchanged() || channel.rotation_keys.len() < 2)

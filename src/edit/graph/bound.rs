@@ -40,14 +40,14 @@ const FUNCTIONS: usize = 3;
 /// The number of patterns of points. More patterns give a tighter bound, but need more time.
 const PATTERNS: usize = 12;
 
-/// The number of windows from which patterns and axes are computed. They come from all clips, so that the bound is
-/// tight.
+/// The number of windows from which patterns and axes are computed. The windows come from all clips, so that the bound
+/// is tight.
 const SAMPLE: usize = 1024;
 
 /// The number of rounds of the iteration that computes patterns and axes. Any patterns give a valid bound, so the
 /// iteration need not converge.
 const ROUNDS: usize = 30;
-/// The number of windows that are computed at once. It limits the memory for a long clip.
+/// The number of windows that are computed at once. This number limits the memory for a long clip.
 const PIECE: usize = 256;
 
 /// An addition to the threshold, because 32-bit numbers are rounded: a fraction of the threshold, and a length in

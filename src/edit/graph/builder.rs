@@ -61,8 +61,8 @@ pub struct DistanceMatrix {
 }
 
 impl DistanceMatrix {
-    /// The distance between two windows. One begins at the frame `row` of the first clip, the other at the frame
-    /// `column` of the second clip.
+    /// The distance between two windows. One window begins at the frame `row` of the first clip, the other window at
+    /// the frame `column` of the second clip.
     ///
     /// # Panics
     /// If one of the windows does not exist.

@@ -7,7 +7,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 
-/// The largest number of frames in a clip of a graph: a day at 30 frames per second. It limits the memory.
+/// The largest number of frames in a clip of a graph: a day at 30 frames per second. This number limits the memory.
 const MOST_FRAMES: f64 = 3e6;
 
 /// The joints of a skeleton that become points of a cloud, the weights of the points, and the axes of their

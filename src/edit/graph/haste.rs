@@ -1,8 +1,8 @@
 //! Compares the speed of joints during transitions with their speed in the clips.
 //!
-//! During a blend, the speed of a point has two parts: the mix of its speeds in both clips, and the speed from one
-//! position to the other. If a leg swings during the blend, the sum can be faster than 99.9 percent of the speeds in
-//! the clips. Another transition with the same distance may be as slow as the clips.
+//! During a blend, the speed of a point has two parts: the mix of its speeds in both clips, and the speed from its
+//! position in one clip to its position in the other clip. If a leg swings during the blend, the sum can be faster than
+//! 99.9 percent of the speeds in the clips. Another transition with the same distance may be as slow as the clips.
 
 use glam::DVec3;
 use mocap_scene::math::median::ranked;
@@ -12,15 +12,15 @@ use super::clouds::Clouds;
 use super::network::Network;
 use super::walk::smooth;
 
-/// The fraction of the speeds in the clips that count as fast. They are above the 99.9th percentile.
+/// The fraction of the speeds in the clips that count as fast. Fast speeds are above the 99.9th percentile.
 const FAST: f64 = 0.001;
 
 /// The largest number of speeds from which the percentile is computed.
 const MOST_SPEEDS: usize = 1_000_000;
 
 impl Network<'_> {
-    /// The cost of a transition, as a sum of two terms. One is its distance divided by the threshold. The other is its
-    /// fraction of fast speeds divided by [`FAST`].
+    /// The cost of a transition, as a sum of two terms. The first term is the distance of the transition divided by the
+    /// threshold. The second term is the fraction of fast speeds divided by [`FAST`].
     pub(super) fn cost(&self, exit: &GraphTransition) -> f64 {
         let haste = match self.index_of(exit) {
             Some(index) => *self.hastes.of_exits[index].get_or_init(|| self.haste(exit)),

@@ -9,8 +9,8 @@ use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 use super::near::{Block, LANES, NeighbourIndex};
 
-/// The number of windows in a tile. It is large, because windows at its edges overlap other tiles and are computed
-/// twice. It is small enough for the second-level cache.
+/// The number of windows in a tile. A tile is large, because windows at its edges overlap other tiles and are computed
+/// twice. A tile is small enough for the second-level cache.
 const TILE: usize = 96;
 
 /// A pair of windows whose distance is a local minimum.
@@ -94,7 +94,8 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The first window that may pair with `row`. Within one clip, it is the first window that does not overlap `row`.
+    /// The first window that may pair with `row`. Within one clip, this window is the first window that does not
+    /// overlap `row`.
     fn least(&self, row: usize) -> usize {
         if self.is_same { row + self.window.frames() } else { 0 }
     }

@@ -4,9 +4,9 @@
 //! to the figure. The cost of a walk is the sum of the squared distances from the path, frame by frame, plus a small
 //! cost for each frame and each transition. Walks are compared at equal progress. Of all walks in the same frame of a
 //! clip and at the same position, only the cheapest continues. Of the remaining walks, only the [`BEAM`] cheapest
-//! continue. The first half of the best walk over some metres is kept, and the search continues from its end.
-//! Branch and bound, as in section 5 of the paper, also finds the best walk. For very similar clips, it examines too
-//! many walks.
+//! continue. The first half of the best walk over some metres is kept, and the search continues from its end. Branch
+//! and bound, as in section 5 of the paper, also finds the best walk. For very similar clips, branch and bound examines
+//! too many walks.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -25,7 +25,7 @@ use super::walk::Walk;
 const AHEAD: f64 = 6.0;
 
 /// The length of path for which the best walk is kept, in metres. It is half of `AHEAD`, so that the search sees beyond
-/// it.
+/// the kept length.
 const KEPT: f64 = 3.0;
 
 /// The length of path between two comparisons of walks, in metres. It is about a twentieth of a footstep.
@@ -44,7 +44,7 @@ const SAME_TURN: f64 = 0.05;
 /// The number of frames per second of a clip at which a walk can begin. A footstep takes half a second.
 const STARTS: f64 = 3.0;
 
-/// The largest number of beginnings. Each costs as much time as a walk of the beam.
+/// The largest number of beginnings. Each beginning costs as much time as a walk of the beam.
 const MOST_STARTS: usize = 2000;
 
 /// The cost of a transition whose distance is the threshold, in m^2. A second of motion at 3 cm from the path costs as
@@ -61,7 +61,7 @@ const FARTHEST: f64 = 2.0;
 /// The distance along the path that is searched for the nearest point, from frame to frame, in metres.
 pub(super) const LOOKED_AT: f64 = 0.5;
 
-/// The longest path, in metres. It would take more than a day to search.
+/// The longest path, in metres. A search along a longer path would take more than a day.
 const LONGEST: f64 = 1e4;
 
 /// The lowest speed of a walk along a path, in m/s. A slower figure counts as standing.
@@ -191,7 +191,7 @@ impl Network<'_> {
         DVec2::from(self.space.ground.map(|axis| axis.as_dvec3().dot(point)))
     }
 
-    /// The possible beginnings of a walk. Each is moved to the beginning of the path, and turned along the path.
+    /// The possible beginnings of a walk. Each walk is moved to the beginning of the path, and turned along the path.
     fn starts(&self, path: &Polyline) -> Vec<State> {
         let step = (self.rate / STARTS).ceil() as usize;
         let second = self.rate.ceil() as usize;
@@ -277,7 +277,7 @@ impl Network<'_> {
 impl<'a> Search<'a> {
     fn new(network: &'a Network<'a>, path: &'a Polyline, start: &State) -> Self {
         let begin = start.along;
-        // If the rest of the path is too short for another stretch, it is added to this stretch.
+        // If the rest of the path is too short for another stretch, the rest is added to this stretch.
         let end = match begin + AHEAD + KEPT < path.length() {
             true => begin + AHEAD,
             false => path.length(),

@@ -32,8 +32,8 @@ impl Network<'_> {
     /// of a transition is its distance.
     ///
     /// # Errors
-    /// - [`Code::InvalidValue`] for fewer than two clips, a clip that the graph lacks, or a time outside its part of
-    ///   the graph
+    /// - [`Code::InvalidValue`] for fewer than two clips, a clip that the graph lacks, or a time outside the clip's
+    ///   part of the graph
     /// - [`Code::InvalidGraph`] if there is no walk, which happens in no graph that mocap built
     pub fn through(&self, clips: &[(usize, Option<f64>)]) -> Result<Walk> {
         if clips.len() < 2 {

@@ -131,8 +131,8 @@ impl FootFollower {
         self.heights.get(frame).map_or(0.0, |heights| heights.weight)
     }
 
-    /// The contact points. Each has the movement of the source's point from this frame to the next, and the height of
-    /// the source's point.
+    /// The contact points. Each point has the movement of the source's point from this frame to the next, and the
+    /// height of the source's point.
     fn steps(&self, frame: usize) -> impl Iterator<Item = (&ContactTrack, Vec3, f32)> {
         let points = self.leg.points.iter().zip(&self.sources);
         points.filter_map(move |(point, source)| Some((point, *source.steps.get(frame)?, source.above_rest[frame])))

@@ -7,8 +7,8 @@ use super::hold::Hold;
 use super::leg::Foot;
 use super::shift;
 
-/// Returns the shifts of the hips, for feet that follow a source. They are the smoothed shifts of the feet on the
-/// ground, so that the legs do not bend more than on the source. Also completes the shifts of the feet.
+/// Returns the shifts of the hips, for feet that follow a source. The shifts of the hips are the smoothed shifts of the
+/// feet on the ground, so that the legs do not bend more than on the source. Also completes the shifts of the feet.
 pub(super) fn follow(feet: &mut [FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let mut carried = carried(feet, held, up, blend);
     for (foot, held) in feet.iter_mut().zip(held) {
@@ -72,8 +72,8 @@ pub(super) fn rise_to_reach(offset: Vec3, reach: f32, up: Vec3) -> Option<f32> {
 }
 
 /// Returns the shifts of the hips that keep the knees near their positions while feet are locked. If a knee or the hips
-/// would move farther than `limit`, the feet that cause it are shifted less, and keep a part of their sliding. Also
-/// completes the shifts of the feet.
+/// would move farther than `limit`, the feet that cause this motion are shifted less, and keep a part of their sliding.
+/// Also completes the shifts of the feet.
 pub(super) fn spare_knees(
     feet: &mut [Hold],
     mut held: Vec<Vec<Option<Vec3>>>,
@@ -130,7 +130,7 @@ pub(super) fn spare_knees(
     carried
 }
 
-/// The largest number of rounds that reduce shifts to keep the limit. Each halves a shift at most.
+/// The largest number of rounds that reduce shifts to keep the limit. Each round halves a shift at most.
 const ROUNDS: usize = 10;
 
 /// A round aims at this fraction of the limit, so that rounding errors do not exceed the limit.

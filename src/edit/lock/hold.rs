@@ -26,7 +26,7 @@ const FARTHEST: f32 = 0.1;
 /// A locked foot.
 pub(super) struct Hold {
     pub(super) leg: LegTrack,
-    /// For each contact point, the height to which it is moved, if it is known.
+    /// For each contact point, the height to which the point is moved, if the height is known.
     levels: Vec<Option<f32>>,
     /// The height by which the foot is lifted to its level, in each frame.
     levelled: Vec<f32>,
@@ -95,8 +95,8 @@ impl Hold {
     }
 
     /// For each frame of a contact, the offset that lifts or lowers the foot to its level. A frame has no offset if the
-    /// point is not at rest, or its offset is far from the median. The point is the ball if the ball rests at all,
-    /// otherwise the ankle. `None` if the foot is so far from its level that it stands on something else.
+    /// point is not at rest, or if the offset is far from the median. The point is the ball if the ball rests at all,
+    /// otherwise the ankle. `None` if the foot is so far from its level that the foot stands on an object.
     fn off_level(&self, frames: std::ops::Range<usize>, up: Vec3) -> Option<Vec<Option<Vec3>>> {
         let off = |point: &ContactTrack, level: f32| -> Vec<Option<f32>> {
             let off = |frame: usize| point.at_rest[frame].then(|| level - point.positions[frame].dot(up));
@@ -160,7 +160,8 @@ impl Hold {
         })
     }
 
-    /// Sets the shifts of the foot. `lifted` is the height by which it is lifted, and `carried` the shift of the hips.
+    /// Sets the shifts of the foot. `lifted` is the height by which the foot is lifted, and `carried` the shift of the
+    /// hips.
     pub(super) fn shift(&mut self, known: &[Option<Vec3>], lifted: &[f32], up: Vec3, blend: usize, carried: &[Vec3]) {
         self.leg.complete(known, up, blend, carried);
         for ((shift, lift), carried) in self.leg.shifts.iter_mut().zip(lifted).zip(carried) {

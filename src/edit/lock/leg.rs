@@ -192,7 +192,7 @@ impl LegTrack {
     }
 
     /// The largest distance between hip and ankle: the full length of the leg less a bend that is too small to see. If
-    /// the motion stretches the leg more, it is the distance in the motion.
+    /// the motion stretches the leg more, the result is the distance in the motion.
     pub(super) fn reach(&self, frame: usize) -> f32 {
         let now = self.thigh[frame].distance(self.ankle[frame]);
         (self.weights.stretch as f32 * self.length).max(now)

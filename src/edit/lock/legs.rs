@@ -221,8 +221,8 @@ impl<'a> Legs<'a> {
         }
     }
 
-    /// Moves one foot towards its goal in a frame, by the fraction `weight` of its shift. Returns its remaining
-    /// distance in metres.
+    /// Moves one foot towards its goal in a frame, by the fraction `weight` of its shift. Returns the remaining
+    /// distance of the foot in metres.
     fn place_foot<F: Foot>(
         &mut self,
         foot: &F,
@@ -270,7 +270,7 @@ impl<'a> Legs<'a> {
         pose.update_below(self.mover);
     }
 
-    /// These legs with only the values that [`write`](Self::write) needs. They no longer borrow from the scene.
+    /// These legs with only the values that [`write`](Self::write) needs. The result no longer borrows from the scene.
     pub(super) fn changes(self) -> Legs<'static> {
         Legs {
             frames: self.frames.changes(),

@@ -15,8 +15,8 @@ use super::shift::envelope;
 use super::weights::FootLockWeights;
 use crate::frames::Frames;
 
-/// After this number of rounds, the lock is removed around the frames that exceed a limit. After twice this number, it
-/// is removed in the whole motion. So the search always ends.
+/// After this number of rounds, the lock is removed around the frames that exceed a limit. After twice this number, the
+/// lock is removed in the whole motion. So the search always ends.
 const ROUNDS: usize = 10;
 
 /// The joints of one foot over time, with the lock and without.

@@ -71,8 +71,9 @@ fn hermite(from: (Vec3, Vec3), to: (Vec3, Vec3), step: usize, steps: usize) -> V
         + to.1 * (length * (t3 - t2))
 }
 
-/// A smooth curve that is never below `values`, which are not negative. It takes the largest value within `radius`
-/// frames, and averages this over as many frames with the weights of a Hann window.
+/// A smooth curve that is never below `values`, which are not negative. The function takes the largest value within
+/// `radius` frames of each frame. It then averages these largest values within `radius` frames, with the weights of a
+/// Hann window.
 pub fn envelope(values: &[f32], radius: usize) -> Vec<f32> {
     if values.iter().all(|value| *value == 0.0) {
         return values.to_vec();

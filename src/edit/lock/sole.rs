@@ -97,8 +97,8 @@ pub(super) fn world_axis(pose: &Pose, joint: NodeId, axis: Vec3) -> Vec3 {
 const STEEP: f32 = 0.87;
 
 /// The angle about `axis` that brings the end of `offset` to a height. `axis` lies across a flat foot, and the angle
-/// grows as the toes rise. Also returns the steepness of the foot. It is 1 if the toes point straight down or farther
-/// back, so that a rotation no longer raises them.
+/// grows as the toes rise. Also returns the steepness of the foot. The steepness is 1 if the toes point straight down
+/// or farther back, so that a rotation no longer raises them.
 pub(super) fn angle_to_height(axis: Vec3, offset: Vec3, up: Vec3, height: f32) -> [f32; 2] {
     let along = offset.project_onto_normalized(axis);
     let across = offset - along;

@@ -10,8 +10,8 @@ use crate::frames::Frames;
 /// The number of frames before the seam, and of frames after it, that change.
 const AROUND: usize = 2;
 
-/// For the five frames around the seam, the shares of the acceleration at the seam that are added to the frame. They
-/// form a Hann window, whose acceleration cancels the acceleration at the seam.
+/// For the five frames around the seam, the shares of the acceleration at the seam that are added to the frame. The
+/// shares form a Hann window, whose acceleration cancels the acceleration at the seam.
 const SHARES: [f32; 2 * AROUND + 1] = [0.5, 1.5, 2.0, 1.5, 0.5];
 
 /// Removes the accelerations of joints at the seam, for rotations in the world and for translations. The last row of

@@ -10,8 +10,8 @@ use mocap_scene::scene::{NodeId, Scene};
 /// corrected.
 const NEAR: f64 = 0.7;
 
-/// If a knee or an elbow is bent in the rest pose, the bend shows the axis of the joint. This is the sine of the
-/// smallest bend that counts.
+/// The sine of the smallest bend that counts. If a knee or an elbow is bent in the rest pose, the bend shows the axis
+/// of the joint.
 const BENT: f64 = 0.2;
 
 /// The largest distance of a bone from its partner's mirror image in a symmetric rest pose, as a fraction of the
@@ -76,9 +76,9 @@ pub(super) fn rotations(pose: &Pose) -> Vec<DQuat> {
 }
 
 /// The world rotations of the T-pose `pose`, corrected so that both sides are mirror images. Each bone gets the
-/// direction of its partner's mirror image, and bends about the mirror image of its partner's axis. This is necessary
-/// if, for example, one leg is in front in the rest pose. Both legs of the T-pose then point down, but have different
-/// rolls.
+/// direction of its partner's mirror image, and bends about the mirror image of its partner's axis. The correction is
+/// necessary if, for example, one leg is in front in the rest pose. Both legs of the T-pose then point down, but have
+/// different rolls.
 pub(super) fn symmetric(
     scene: &Scene,
     humanoid: &Humanoid,

@@ -13,7 +13,8 @@ use crate::frames::Frames;
 const FRAMES: usize = 200;
 
 /// The cosine of the largest angle between the offset of a child and the mirror image of its partner's offset: 15
-/// degrees. Offsets are in the coordinate frames of the parents. They differ only if the two sides of a body differ.
+/// degrees. Offsets are in the coordinate frames of the parents. The two offsets differ only if the two sides of a body
+/// differ.
 const OFFSET: f64 = 0.966;
 
 /// The cosine of 5 degrees: within this angle, the relation is certain. Bones of ACCAD differ by up to 3 degrees.
@@ -30,8 +31,8 @@ const POSTURE: f64 = 1.05;
 const NEARER: f64 = 0.79;
 
 /// The usual relations between the coordinate frames of two partners: a reflection along one of the axes, or the
-/// inversion. Each is multiplied by -1. A reflection then becomes half a turn about its axis, and the inversion becomes
-/// the identity.
+/// inversion. Each relation is multiplied by -1. A reflection then becomes half a turn about its axis, and the
+/// inversion becomes the identity.
 const LAID: [DQuat; 4] = [
     DQuat::IDENTITY,
     DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
@@ -152,9 +153,9 @@ impl<'a> Posture<'a> {
         })
     }
 
-    /// For each node, the relation between its coordinate frame and the frame of its partner. It is one of [`LAID`] if
-    /// this relation is nearer to the mean posture than the relation of the reference pose. A joint with an asymmetric
-    /// posture does not show its relation, and gets the relation of the next joint of its limb.
+    /// For each node, the relation between its coordinate frame and the frame of its partner. The result is a relation
+    /// of [`LAID`] if this relation is nearer to the mean posture than the relation of the reference pose. A joint with
+    /// an asymmetric posture does not show its relation, and gets the relation of the next joint of its limb.
     fn laid(&self, known: &dyn Fn(usize) -> DQuat) -> Vec<Option<DQuat>> {
         let count = self.scene.nodes.len();
         let nearest: Vec<Option<(f64, DQuat)>> = (0..count).map(|node| self.nearest(node)).collect();

@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-/// A curve with continuous speed and acceleration, which continues straight beyond its ends. It depends linearly on its
-/// points.
+/// A curve with continuous speed and acceleration, which continues straight beyond its ends. The curve depends linearly
+/// on its points.
 pub struct Spline {
     times: Vec<f64>,
     points: Vec<DVec2>,

@@ -132,7 +132,7 @@ fn hinges_bend_about_an_axis_of_the_frame() {
     }
 }
 
-/// A bone may lie along the bending axis of the joint above. Its joint also gets an axis along the bone.
+/// A bone may lie along the bending axis of the joint above. The joint of this bone also gets an axis along the bone.
 #[test]
 fn a_bone_along_the_axis_of_bending_has_a_frame_along_it() {
     let text = "HIERARCHY\nROOT hips\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n\

@@ -66,8 +66,8 @@ fn a_limb_reaches_its_target() {
     }
 }
 
-/// An elbow or a knee does not swing around. This holds if the limb is far from its goal, near its goal for a moment,
-/// or if the body jumps in one frame. The acceleration is at most 1.3 times the largest of the source.
+/// An elbow or a knee does not swing around. The law holds for a limb far from its goal, for a limb near its goal for a
+/// moment, and for a body that jumps in one frame. The acceleration is at most 1.3 times the largest of the source.
 #[test]
 fn the_middle_of_a_limb_is_not_swung_about() {
     let arm = ["leftLowerArm", "leftHand", "head"];
@@ -235,8 +235,8 @@ fn the_head_turns_to_its_target() {
     assert!(look.beyond == look.frames && look.largest_angle > 60.0, "{report}");
 }
 
-/// A walk passes a point beside its head. The added rotation is never faster than a head, and the frames in which it is
-/// late are counted.
+/// A walk passes a point beside its head. The added rotation is never faster than a head, and the frames in which the
+/// rotation is late are counted.
 #[test]
 fn the_head_follows_a_target_that_passes_no_faster_than_heads_turn() {
     let before = import("cmu_12_01_walk.bvh");
