@@ -92,7 +92,7 @@ impl FileGraph {
         &self.graph
     }
 
-    /// The builder that compared the clips. It can compute the distances of any two clips.
+    /// The builder that compared the clips. The builder can compute the distances of any two clips.
     pub fn builder(&self) -> &GraphBuilder {
         &self.builder
     }

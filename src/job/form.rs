@@ -307,8 +307,8 @@ fn check_beside(writing: &OutputOptions, file: &Path, beside: &str) -> Result<()
 /// Reports a largest error that the format cannot guarantee, or a shell distance without a largest error.
 fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String> {
     let smaller = &writing.smaller;
-    // Some formats have only one kind of key storage. Such a format always has a largest error, or does not support
-    // one.
+    // Some formats have only one kind of key storage. Such a format always has a largest error, or does not support a
+    // largest error.
     let chooses = row.takes(WriteOption::Compress);
     // Only 32-bit floats keep every key exactly.
     let is_exact = chooses && smaller.compress == Some(Compression::None);

@@ -228,7 +228,7 @@ impl Job {
     ///
     /// # Errors
     /// As [`run`](Self::run); [`Code::MissingFile`] if the job names a file that is not in `files`;
-    /// [`Code::InvalidValue`] for `verify`, because it compares files on a disk.
+    /// [`Code::InvalidValue`] for `verify`, because `verify` compares files on a disk.
     pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Export, JobReport)> {
         self.make_of(Files {
             given: files,

@@ -1,5 +1,5 @@
-//! The record of a user's outputs. With it, commands recognise outputs of earlier commands, even in formats without
-//! metadata, such as BVH.
+//! The record of a user's outputs. With the record, commands recognise outputs of earlier commands, even in formats
+//! without metadata, such as BVH.
 
 use std::env;
 use std::io::{self, Read};
@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use mocap_scene::files::record_outputs;
 use sha2::{Digest, Sha256};
 
-/// Starts recording. From now on, this process notes each output in the user's record. It may replace recorded outputs
-/// that are unchanged, and passes the path of each replaced file to `replaced`.
+/// Starts recording. From now on, this process notes each output in the user's record. The process may replace recorded
+/// outputs that are unchanged, and passes the path of each replaced file to `replaced`.
 ///
 /// The program and the Python package call this function once, at their start. Without this call, the library only
 /// writes files that its caller names.

@@ -1,13 +1,13 @@
 //! Verifies a written file: compares the position of every joint, in every frame of every clip, with its source.
 //!
 //! This module computes the positions of the source and of the file in double precision, with its own kinematics code.
-//! It uses what mocap's reader finds in the file, not data of the writer. In glTF, the time of a frame is rounded to
-//! 32-bit seconds, because glTF stores no other times.
+//! The module uses what mocap's reader finds in the file, not data of the writer. In glTF, the time of a frame is
+//! rounded to 32-bit seconds, because glTF stores no other times.
 //!
 //! Intended changes (unit, up axis, trim, frame rate, edits) are in the [`Provenance`] of this crate's glTF and FBX
-//! files, or in the JSON file of a BVH file. They are applied to the source as well. Without this record, the unit is
-//! inferred from the lengths of the links, and must be a known unit of length. The up axis is the axis with the smaller
-//! distances. The file is assumed to have the whole motion.
+//! files, or in the JSON file of a BVH file. `verify` applies these changes to the source as well. Without this record,
+//! the unit is inferred from the lengths of the links, and must be a known unit of length. The up axis is the axis with
+//! the smaller distances. The file is assumed to have the whole motion.
 //!
 //! Joints are paired by name. Joints without a name, or with a repeated name, are paired by their ancestors. Clips are
 //! paired by name, or in their order if the format has no names. Each clip keeps its own frame rate. Cubic curves are
@@ -155,7 +155,7 @@ impl Verifier {
         self
     }
 
-    /// The files of second motions of the steps concat, blend and layer, in any order. Each is recognised by the
+    /// The files of second motions of the steps concat, blend and layer, in any order. Each file is recognised by the
     /// SHA-256 that the file records.
     #[must_use]
     pub fn second_motions(mut self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
@@ -178,7 +178,7 @@ impl Verifier {
     }
 
     /// Compares a written file with its source file. Arrays (`.npz`, `.csv`, `.parquet`) are compared in their own
-    /// space. They have only the first animation of the source.
+    /// space. Arrays have only the first animation of the source.
     ///
     /// # Errors
     /// As [`Verifier::files`].
@@ -335,7 +335,7 @@ fn provenance_of_file(source: &Path) -> Option<Provenance> {
     output::provenance_of(&bytes, source, &open).ok()?
 }
 
-/// Refuses two files that were made from one source by different steps: neither records the difference.
+/// Refuses two files that were made from one source by different steps: neither file records the difference.
 fn check_not_siblings(stated: &Provenance, other: &Provenance) -> Result<()> {
     match (&stated.source, &other.source) {
         (Some(source), Some(of_other)) if is_same_file(source, of_other) && other.onto().is_none() => {

@@ -49,8 +49,8 @@ pub struct IndexedClip {
     pub(super) contacts: Vec<u8>,
     /// The directions of the limbs: [`SAMPLE_RATE`] samples per second, of [`WIDTH`] bytes each.
     pub(super) samples: Vec<i8>,
-    /// The bytes of a packed clip (`.mclip`) with the motion. They are empty for a mirrored clip, and if the database
-    /// only refers to the file.
+    /// The bytes of a packed clip (`.mclip`) with the motion. Empty for a mirrored clip, and empty if the database only
+    /// refers to the file.
     pub(super) packed: Vec<u8>,
 }
 

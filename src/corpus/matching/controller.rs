@@ -99,8 +99,8 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Places a figure at a position on the ground, facing `forward`. It begins in the frame that is most similar to
-    /// standing still.
+    /// Places a figure at a position on the ground, facing `forward`. The figure begins in the frame that is most
+    /// similar to standing still.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] if `moves` do not belong to the frames of `database`, or if `forward` is vertical.
@@ -256,8 +256,8 @@ impl Controller {
             let direction = self.root.local(direction.with_y(0.0).normalize_or(self.root.forward));
             set_ahead(&mut wanted, index, position, direction);
         }
-        // By its velocities, a walking figure matches other walking frames, and would never stop. So search for zero
-        // velocities.
+        // The velocities of a walking figure match other walking frames, so the figure would never stop. So search for
+        // zero velocities.
         let farthest = STOPS_WITHIN * self.moves.scale;
         let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < farthest;
         if self.can_stand && trajectory.positions.iter().all(stays) {

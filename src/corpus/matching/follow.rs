@@ -125,7 +125,7 @@ impl Controller {
             let directions = ahead.map(|along| on_ground(path.direction(along)));
             let step = self.position().distance(before);
             before = self.position();
-            // A turn is half complete after about `AHEAD[0]` frames. So the turn begins that many frames before the
+            // A turn is half complete after about `AHEAD[0]` frames. So the turn begins `AHEAD[0]` frames before the
             // figure should face along the path.
             let soon = path.direction(along + speed * AHEAD[0] as f64 / FEATURE_RATE);
             self.correct(on_ground(path.at(along)), on_ground(soon), step);

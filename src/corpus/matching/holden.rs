@@ -47,8 +47,9 @@ struct Bones {
 }
 
 impl Moves {
-    /// Writes `database.bin` and `features.bin` for Holden's motion matching demonstration. Its controller runs with
-    /// these files if the character has the joints of the demonstration's skeleton, in the same order.
+    /// Writes `database.bin` and `features.bin` for Holden's motion matching demonstration. The controller of the
+    /// demonstration runs with these files if the character has the joints of the demonstration's skeleton, in the same
+    /// order.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

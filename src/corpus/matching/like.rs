@@ -149,7 +149,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Whether two clips are the same clip or near-duplicates around these parts.
+/// Whether two clips are the same clip or near-duplicates around `parts`.
 fn is_copy(clips: [&IndexedClip; 2], parts: [&Part; 2]) -> bool {
     let [row, other] = clips.map(|clip| &clip.row);
     if (&row.sha256, &row.clip) == (&other.sha256, &other.clip) && (!row.sha256.is_empty() || row.file == other.file) {

@@ -29,7 +29,7 @@ pub(super) struct FootLock {
     /// The shift at the release of the foot, and the frames since then.
     from: Vec3,
     since: usize,
-    /// Whether the foot was released in this contact because it was too far away.
+    /// Whether the foot was released in this contact because it was too far from its position in the motion.
     gave_way: bool,
 }
 

@@ -130,7 +130,7 @@ impl Moves {
     }
 
     /// Retargets all motions of a database to a character with [`Retargeter`]. The character is in metres with +Y up.
-    /// `open` reads a file by its name in the database. It is not called for files whose motions the database has.
+    /// `open` reads a file by its name in the database. `open` is not called for files whose motions the database has.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

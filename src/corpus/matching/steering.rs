@@ -14,7 +14,7 @@ const HALF_LIFE: f32 = 0.27;
 pub const RATE: f32 = 2.0 * LN_2 / HALF_LIFE;
 /// The largest wanted speed along an axis, in m/s. The limit prevents overflow.
 const FASTEST: f32 = 100.0;
-/// The length of a velocity (in m/s) or of a stick below which it has no direction.
+/// The length below which a velocity (in m/s) or a stick has no direction.
 const STILL: f32 = 1e-3;
 
 /// The velocity and facing of a figure on the ground.

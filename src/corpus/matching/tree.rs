@@ -332,7 +332,7 @@ fn side_by_side<'a>(rows: impl Iterator<Item = &'a Row>) -> Leaf {
 }
 
 /// Orders frames so that near frames are neighbours. Splits them near the median of the coordinate with the widest
-/// spread, and then splits each half. Each split is at a multiple of the box size, so it divides no box.
+/// spread, and then splits each half. Each split is at a multiple of the box size, so no split divides a box.
 fn halve(frames: &mut [u32], rows: &[Row]) {
     if frames.len() <= FAN {
         return;

@@ -97,7 +97,7 @@ impl<'a> Findings<'a> {
     }
 
     /// Adds a finding if its amount reaches the threshold. If the kind is a time or a count, the clip's amount is the
-    /// sum of all findings. For other kinds, it is the largest amount.
+    /// sum of all findings. For other kinds, the clip's amount is the largest amount.
     pub(super) fn add(
         &mut self,
         kind: DefectKind,

@@ -17,8 +17,8 @@ use super::motion::{Body, Motion};
 pub(crate) const RATE: f64 = 10.0;
 /// The number of limbs. Each limb is a direction.
 pub const LIMBS: usize = 10;
-/// The numbers of a sample: three for each limb, then four for the hips. These are the height in half leg lengths, the
-/// speeds sideways and forward in leg lengths per second / 4, and the turning speed in turns per second.
+/// The numbers of a sample: three for each limb, then four for the hips. The four are the height in half leg lengths,
+/// the speeds sideways and forward in leg lengths per second / 4, and the turning speed in turns per second.
 pub const WIDTH: usize = 3 * LIMBS + 4;
 /// The longest fingerprint, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;
@@ -45,7 +45,7 @@ const BONES: [(Bone, Bone); LIMBS] = [
 pub(crate) struct Fingerprint {
     /// All samples, with [`WIDTH`] numbers each.
     pub(crate) values: Vec<i8>,
-    /// Whether the limbs are limbs of a humanoid. Otherwise they go from the root to joints of the skeleton.
+    /// Whether the limbs are limbs of a humanoid. Otherwise the limbs go from the root to joints of the skeleton.
     pub(crate) is_body: bool,
 }
 

@@ -1,5 +1,5 @@
 //! The motion of one clip in metres with +Y up: positions of all nodes in the world, and rotations relative to the
-//! parents. They are computed once and read by every measure.
+//! parents. The positions and rotations are computed once, and every measure reads them.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -43,7 +43,8 @@ pub(crate) struct Motion<'a> {
     width: usize,
     /// The column of each node. A node that is always at the position of its parent shares the parent's column.
     columns: Vec<usize>,
-    /// The rotations of each node relative to its parent. If the animation has a key at every frame, they are the keys.
+    /// The rotations of each node relative to its parent. If the animation has a key at every frame, the rotations are
+    /// the keys.
     rotations: Vec<Cow<'a, [Quat]>>,
     /// The rotation from the axes of the file to +Y up.
     up: Quat,

@@ -9,7 +9,7 @@ use super::thresholds::{DefectKind, Thresholds};
 
 impl Corpus {
     /// The findings as SARIF 2.1.0. A finding is an error at or above the bad threshold of its kind, and a warning
-    /// below it. A property is a note. An unreadable file is an error.
+    /// below this threshold. A property is a note. An unreadable file is an error.
     pub fn to_sarif(&self, thresholds: &Thresholds) -> String {
         let rule = |kind: &DefectKind| json!({"id": kind.as_str(), "shortDescription": {"text": kind.help()}});
         let mut rules: Vec<Value> = DefectKind::ALL.iter().map(rule).collect();

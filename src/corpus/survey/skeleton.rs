@@ -8,8 +8,8 @@ use mocap_scene::scene::{NodeKind, Scene};
 /// so the lengths of one skeleton differ slightly.
 const GRAIN: f32 = 0.02;
 
-/// A hash of the hierarchy, and of the bone lengths relative to the longest bone. It ignores end sites, because some
-/// formats lack them, and joints that only place the figure (`places`).
+/// A hash of the hierarchy, and of the bone lengths relative to the longest bone. The hash ignores end sites, which
+/// some formats lack. It also ignores joints that only place the figure (`places`).
 pub(super) fn id(scene: &Scene, places: &[bool]) -> String {
     let is_joint = |index: usize| scene.nodes[index].kind == NodeKind::Joint && !places[index];
     let joints: Vec<usize> = (0..scene.nodes.len()).filter(|index| is_joint(*index)).collect();

@@ -103,7 +103,7 @@ impl Feet {
 }
 
 /// Indices of the feet among the joints, grouped by resting level. With a pattern of the caller, feet are found by
-/// name; otherwise they are the ankles and balls of the humanoid's feet.
+/// name; otherwise the feet are the ankles and balls of the humanoid's feet.
 fn groups_of_feet(scene: &Scene, frame: &Frame, joints: &Selection, thresholds: &Contacts) -> Result<Vec<Vec<usize>>> {
     let humanoid = frame.figure.as_ref().map(|figure| &figure.humanoid);
     let humanoid = humanoid.filter(|humanoid| humanoid.found && thresholds.feet.is_none());

@@ -9,8 +9,8 @@ use mocap_scene::scene::joint_tables::{Joint, mhr};
 /// The joints in a frame: their world rotations relative to the T-pose, and their positions in metres.
 pub(super) type Posed = (Vec<DQuat>, Vec<DVec3>);
 
-/// The offsets of the face joints from their parents, in metres, in the axes of the parents. They are equal in all
-/// outputs of SAM 3D Body, because neither shape nor scale of a person changes the head of the rig.
+/// The offsets of the face joints from their parents, in metres, in the axes of the parents. The offsets are equal in
+/// all outputs of SAM 3D Body, because neither shape nor scale of a person changes the head of the rig.
 const FACE: [(&str, [f64; 3]); 11] = [
     ("c_jaw", [0.01799, 0.01889, 0.0]),
     ("c_teeth", [0.0, -0.00897, 0.02375]),

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::arrays::{Rotation, RotationSpace};
 
-/// Options of the arrays. By default they have every joint and end site, positions in the world, rotations relative to
-/// the parent as quaternions, and the file's own unit, axes and frames.
+/// Options of the arrays. By default, the arrays have every joint and end site, positions in the world, rotations
+/// relative to the parent as quaternions, and the file's own unit, axes and frames.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -48,11 +48,11 @@ pub struct ArrayOptions {
     pub first: Option<Moment>,
     /// The last time to keep; a time after the end means the end. Default: the end.
     pub last: Option<Moment>,
-    /// Metres per unit of length of the file. Default: the unit that the file states. If it states none and the unit is
-    /// needed: the guess of [`Survey`](mocap_figure::Survey).
+    /// Metres per unit of length of the file. Default: the unit that the file states. If the file states none and the
+    /// unit is needed: the guess of [`Survey`](mocap_figure::Survey).
     pub metres_per_unit: Option<f64>,
-    /// The up axis of the file. Default: the axis that the file states. If it states none and the axis is needed: the
-    /// guess of [`Survey`](mocap_figure::Survey).
+    /// The up axis of the file. Default: the axis that the file states. If the file states none and the axis is needed:
+    /// the guess of [`Survey`](mocap_figure::Survey).
     pub up: Option<UpAxis>,
     /// Metres per unit of length of the output. Default: the file's own unit.
     pub out_metres_per_unit: Option<f64>,

@@ -9,7 +9,7 @@ impl Pickle {
     /// A dictionary with the entries that `fill` adds: for each the key as text, then the value.
     pub(super) fn dictionary(fill: impl FnOnce(&mut Self)) -> Vec<u8> {
         let mut pickle = Self(vec![0x80, 4]);
-        // A string that is pushed and popped again. It records in the file that mocap wrote the pickle.
+        // A string that is pushed and popped again. The string records in the file that mocap wrote the pickle.
         pickle.text(ARRAY_MARK);
         pickle.0.push(b'0');
         pickle.entries(fill);

@@ -59,7 +59,7 @@ impl Named {
         }
     }
 
-    /// A frame rate: an int if it is whole.
+    /// A frame rate: an int if the rate is whole.
     fn rate(fps: f64, shape: &[usize]) -> Self {
         let whole = fps.round() as i64;
         Self {

@@ -153,8 +153,8 @@ fn is_called(joint: &chain::Joint<'_>, name: &str) -> bool {
     [joint.name.as_str(), joint.name.trim_end_matches('\0')].contains(&name)
 }
 
-/// For each joint of the file, the joint of the source with the same name and kind. Both have their joints in the same
-/// order.
+/// For each joint of the file, the joint of the source with the same name and kind. The source and the file have their
+/// joints in the same order.
 fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
     let mut node_of: Vec<usize> = Vec::with_capacity(file.header.joints.len());
     for Joint { name, end_site, .. } in &file.header.joints {

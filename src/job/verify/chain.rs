@@ -43,7 +43,7 @@ pub(super) struct Joint<'a> {
     /// The role of the node for the face of a VRM animation.
     pub(super) face: Option<Face>,
     rest: (DVec3, DQuat, DVec3),
-    /// The matrix of a node without tracks. It may contain shear.
+    /// The matrix of a node without tracks. This matrix may contain shear.
     still: Option<DMat4>,
     translation: Option<Track<'a, Vec3>>,
     rotation: Option<Track<'a, Quat>>,

@@ -158,7 +158,7 @@ pub(super) struct Change {
     pub(super) metres_per_unit: f64,
     /// The up axis of the source, and of the file.
     up: (UpAxis, UpAxis),
-    /// For a motion in place, the number of steps in `times` before the step that put it in place.
+    /// For a motion in place, the number of steps in `times` before the step that put the motion in place.
     pub(super) in_place: Option<usize>,
     /// Number of joints that were added for root motion.
     pub(super) added_roots: usize,
@@ -359,8 +359,8 @@ fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> 
         .collect()
 }
 
-/// The ratio of the largest distances from the origin. It is used for a single joint, or for joints that are always at
-/// one point, because they have no other length.
+/// The ratio of the largest distances from the origin. This ratio is used for a single joint, or for joints that are
+/// always at one point, because they have no other length.
 fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
     let length = |world: &[DMat4], node: usize| world[node].w_axis.truncate().length();
     let distances = seen.iter().flat_map(|(here, there)| {

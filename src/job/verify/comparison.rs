@@ -152,7 +152,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// A clip of the source and its clip of the file. They determine an unknown unit and up axis.
+    /// A clip of the source and its clip of the file. These clips determine an unknown unit and up axis.
     fn shown_clips(&self, source: &Scene) -> (Option<usize>, Option<usize>) {
         // For a character, the rest pose is compared: its clips come from other files.
         if self.is_of_character {

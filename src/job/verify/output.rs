@@ -361,8 +361,8 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Whether the joints have the axes of the source. They do in glTF of this crate, packed clips, BVH made from BVH,
-    /// and FBX of this crate with the axes of the scene.
+    /// Whether the joints have the axes of the source. Joints keep these axes in glTF of this crate, packed clips, BVH
+    /// made from BVH, and FBX of this crate with the axes of the scene.
     pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
         let row = self.row();
         match self {

@@ -11,8 +11,8 @@ use super::{Finding, FindingKind};
 /// The most names in a finding.
 const MOST_NAMES: usize = 8;
 
-/// The largest number of joints of one name among which the right parent is searched. It limits the time for files in
-/// which all joints share one name.
+/// The largest number of joints of one name among which the right parent is searched. This number limits the time for
+/// files in which all joints share one name.
 const MOST_CANDIDATES: usize = 256;
 
 /// The joints that two skeletons have in common.
@@ -172,7 +172,7 @@ impl Pairs {
         moved.map(|(a, _)| quoted(&ours.joints[*a])).collect()
     }
 
-    /// Joints that only the file has. `added_roots` of them may be root motion joints above the first root.
+    /// Joints that only the file has. `added_roots` of these joints may be root motion joints above the first root.
     fn extra(&self, ours: &Skeleton, theirs: &Skeleton, mut added_roots: usize) -> Vec<String> {
         let is_group = |name: &str| {
             ours.joints.iter().any(|joint| {

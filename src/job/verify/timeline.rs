@@ -188,7 +188,7 @@ impl Timeline {
     }
 
     /// The tick of the source that a time of the file shows. Within a cut, this is the nearer side of the cut. After
-    /// the end, it is the end.
+    /// the end, the result is the end.
     pub(super) fn shown(&self, tick: f64) -> f64 {
         let tick = tick.min(self.end);
         let near = SAME_TICK * self.frame;

@@ -11,7 +11,7 @@ use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
 const HOVERS: f32 = 0.04;
 
 /// Heights of the lowest joint, in leg lengths. At the first height or more, an object may carry the body; at the
-/// second height or more, it must. The hips of a lying body are lower.
+/// second height or more, an object must carry the body. The hips of a lying body are lower.
 const CARRIED: [f32; 2] = [0.2, 0.3];
 /// Durations of hovering, in seconds. Above the first, hovering begins to count; above the second, it counts fully.
 const SHORTEST: [f32; 2] = [0.2, 0.3];
@@ -50,7 +50,7 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     }
 }
 
-/// The height of the lowest joint. For a point of the feet it is the height above its resting height; for other joints,
+/// The height of the lowest joint. For a point of the feet, the height above its resting height. For any other joint,
 /// the height above the floor.
 fn height(motion: &Motion, body: &Body, frame: usize) -> f32 {
     let joints = (body.hips()..motion.nodes()).filter(|node| motion.is_joint[*node]);

@@ -1,8 +1,8 @@
 //! Finds candidates for near-duplicates. A moment is the motion of the limbs from 0.4 s before to 0.4 s after a sample.
-//! The signs of random projections of a moment are its hash. If moments of two clips have the same hash, they vote for
-//! this pair of clips and for the offset between the moments. Moments in which hardly anything moves have no hash. If
-//! many moments have the same hash, only the first of them are looked up. So the cost grows linearly with the number of
-//! clips.
+//! The signs of random projections of a moment are its hash. If moments of two clips have the same hash, the moments
+//! vote for this pair of clips and for the offset between the moments. Moments in which hardly anything moves have no
+//! hash. If many moments have the same hash, only the first of them are looked up. So the cost grows linearly with the
+//! number of clips.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

@@ -272,7 +272,7 @@ fn matched() -> (Database, Moves, Scene) {
     matched_of(&[WALK])
 }
 
-/// These motions and their mirror images, retargeted to the dancer's skeleton.
+/// The motions of `files` and their mirror images, retargeted to the dancer's skeleton.
 fn matched_of(files: &[&str]) -> (Database, Moves, Scene) {
     let mut hero = metres("rokoko_dance.bvh");
     let mut moves = Moves::new(&hero).unwrap();

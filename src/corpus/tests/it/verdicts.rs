@@ -308,7 +308,8 @@ fn is_of_leg(joint: &str) -> bool {
     ["UpLeg", "Leg", "Foot"].iter().any(|bone| joint.ends_with(bone))
 }
 
-/// The body sinks by 6.1 cm for half a second of a walk. Each foot stands about 1 cm from their common level.
+/// The body sinks by 6.1 cm for half a second of a walk. Each foot stands about 1 cm from the common level of both
+/// feet.
 #[test]
 fn a_body_that_sinks_by_six_centimetres_is_found() {
     let mut walk = Bvh::new("real/cmu_12_01_walk");

@@ -180,7 +180,7 @@ impl DatasetWriter {
         if !self.seen.insert(folder.to_owned()) {
             return Ok(());
         }
-        // A folder that cannot be listed gives no licence files. The files in it can be read nevertheless.
+        // A folder that cannot be listed gives no licence files. The files in such a folder can be read nevertheless.
         for entry in folder.read_dir().into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             if !is_license(&name) || !entry.file_type().is_ok_and(|kind| kind.is_file()) {

@@ -1,4 +1,4 @@
-//! Tests of reading arrays of other programs. They are compared with joints that NumPy has posed
+//! Tests of reading arrays of other programs. The results are compared with joints that NumPy has posed
 //! (`tools/arrays/make_fixtures.py`) and with the positions in the files. Hostile files are refused.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
@@ -616,7 +616,7 @@ fn cut_files_are_refused() {
     }
 }
 
-/// A table is several times as large as the arrays. So Parquet gets it in parts, which a reader does not notice.
+/// A table is several times as large as the arrays. So Parquet gets the table in parts, which a reader does not notice.
 #[cfg(feature = "parquet")]
 #[test]
 fn a_long_table_is_made_in_parts() {

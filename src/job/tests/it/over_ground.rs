@@ -186,7 +186,7 @@ fn a_converted_motion_is_called_after_its_file() {
     }
 }
 
-/// The ground is horizontal in the world: `arm.usda` has a group above its root, which is rotated and scaled.
+/// The ground is horizontal in the world: `arm.usda` has a rotated and scaled group above its root.
 #[test]
 fn the_ground_is_level_below_a_group_that_is_rotated() {
     let converted = |root: RootMotion| {

@@ -198,7 +198,8 @@ fn a_jump_is_compared_at_the_frames_that_the_file_has() {
     }
 }
 
-/// The frame time .0083333 means 1/120. This changes no frame, and each frame's time only by a part in 250,000.
+/// The frame time .0083333 means 1/120. The rounding changes no frame, and changes the time of each frame by only one
+/// part in 250,000.
 #[test]
 fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
     let source = import("cmu_12_01_walk.bvh");

@@ -12,7 +12,7 @@ fn job(rest: &str) -> MotionJob {
     }
 }
 
-/// The bytes of the output. The job writes it into a folder of its own.
+/// The bytes of the output. The job writes the output into a folder of its own.
 fn output(rest: &str, extension: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(rest);

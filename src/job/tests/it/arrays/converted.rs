@@ -1,5 +1,5 @@
-//! Tests of arrays that a job without a target writes, read again. They are compared with kinematics from the source's
-//! text, and with the joints of the source's robot.
+//! Tests of arrays that a job without a target writes, read again. The arrays are compared with kinematics from the
+//! source's text, and with the joints of the source's robot.
 
 use std::fs;
 use std::path::Path;
@@ -259,7 +259,7 @@ fn beyond_mimic_has_joints_breadth_first() {
         let joint = motion.dof_names.iter().position(|other| other == name).unwrap();
         assert!((f64::from(*found) - motion.dof_of(0)[joint]).abs() < 1e-5, "{name}");
     }
-    // The names in the file state the order, so it is read again as it was written.
+    // The names in the file state the order, so the file is read in the order in which it was written.
     let back = Importer::new().body(G1).import(&output).unwrap();
     let there = points(&robot, &motion, "left_rubber_hand", &[Vec3::ZERO]);
     assert!(

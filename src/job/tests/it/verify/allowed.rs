@@ -108,14 +108,14 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("steps", "pin:to=hips,range=0.02..0.08", ""),
 ];
 
-/// The default target bodies. A choice uses one if its option belongs to a target and names no body.
+/// The default target bodies. A choice uses a default body if its option belongs to a target and names no body.
 const BODIES: [(&str, &str); 3] = [
     ("character", "human.gltf"),
     ("skeleton", "run.bvh"),
     ("robot", "h1.urdf"),
 ];
 
-/// Motions of any skeleton. Each pair uses one of them. The first motions are of humanoids.
+/// Motions of any skeleton. Each pair uses one of these motions. The first motions are of humanoids.
 const SOURCES: [&str; 8] = [
     "walk.bvh",
     "dance.bvh",
@@ -174,7 +174,7 @@ fn resolved<'a>(schema: &'a Value, mut value: &'a Value) -> &'a Value {
     }
 }
 
-/// The options with the values that the schema lists; no values if it lists none.
+/// The options with the values that the schema lists; no values if the schema lists none.
 fn options(schema: &Value) -> BTreeMap<String, Vec<Value>> {
     let mut found = BTreeMap::new();
     let mut open = vec![(String::new(), &schema["$defs"]["MotionJob"])];

@@ -2,7 +2,7 @@
 //!
 //! `kinds` changes a scene before it is written, `planted` changes the bytes of a file. A kind that changes no byte of
 //! a format is not in the matrix. `MOCAP_ALL=1 cargo test truth` tries all cells. With `MOCAP_WRITE=1` and `--features
-//! parquet`, it writes the table of `docs/verification-corruptions.md`.
+//! parquet`, the test writes the table of `docs/verification-corruptions.md`.
 
 mod kinds;
 mod planted;

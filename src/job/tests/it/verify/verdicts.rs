@@ -407,7 +407,7 @@ fn a_joint_without_a_bone_is_bound_as_it_rests_below_the_bone_above_it() {
     exporter.export(&scene, &path).unwrap();
     let verified = Verifier::new().files(&source, &path).unwrap();
     assert!(verified.is_within(1e-3), "{verified:?}");
-    // The rest position of the end is not its bind position.
+    // The rest position of the end joint is not its bind position.
     let end = scene.nodes.iter().position(|node| node.name == "Head").unwrap();
     let rest = mocap::Pose::rest(&scene).node_to_world[end];
     scene.meshes[0].bones.push(Bone {

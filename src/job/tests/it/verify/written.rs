@@ -140,7 +140,8 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
     assert!(!Verification::of(&source, &bytes).unwrap().is_within(CLOSE));
 }
 
-/// The node of a mesh with a skin is not part of the scene, because its transform has no meaning. It stays in the file.
+/// The node of a mesh with a skin is not part of the scene, because its transform has no meaning. The node stays in the
+/// file.
 #[test]
 fn the_node_of_a_mesh_may_stand_beyond_all_positions() {
     let path = "../../fixtures/made/two_bones_textured.gltf".to_owned();
@@ -328,7 +329,7 @@ fn a_frame_time_longer_than_the_motion_is_not_believed() {
 }
 
 /// A VRM animation has a hand although its source has none. A joint with this name, or nearly this name, is no bone if
-/// the source states its bones without it.
+/// the source states its bones without this joint.
 #[test]
 fn a_joint_that_is_no_bone_of_a_vrm_animation_is_not_compared() {
     let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -463,8 +464,8 @@ fn a_clip_keeps_its_name_but_for_control_characters() {
     }
 }
 
-/// A rest pose with sheared axes has a rotation by a formula that depends on rounding. In single precision it is 90
-/// degrees from the result in double precision.
+/// A rest pose with sheared axes has a rotation by a formula that depends on rounding. In single precision, this
+/// rotation is 90 degrees from the result in double precision.
 #[test]
 fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
     let path = "../../tools/fuzz/corpus/usda/rest_that_shears_much";

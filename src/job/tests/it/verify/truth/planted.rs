@@ -1,6 +1,6 @@
 //! Corruptions that are planted in the files themselves, by code that is independent of the writers, the readers and
-//! `verify`. They change the JSON and the bytes of glTF, the elements of FBX, the lines of text, the arrays of NumPy
-//! and the columns of Parquet.
+//! `verify`. The corruptions change the JSON and the bytes of glTF, the elements of FBX, the lines of text, the arrays
+//! of NumPy and the columns of Parquet.
 
 mod fbx;
 mod gltf;

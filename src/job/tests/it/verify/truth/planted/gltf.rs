@@ -17,7 +17,7 @@ struct Gltf {
     json: Value,
     /// The first buffer.
     bin: Vec<u8>,
-    /// The binary chunk of a `.glb`, if it is another buffer.
+    /// The binary chunk of a `.glb`, if the chunk is not the first buffer.
     chunk: Vec<u8>,
 }
 

@@ -10,7 +10,7 @@ use super::{Files, Plant, of_walk};
 const NPZ: &[&str] = &["npz"];
 const CSV: &[&str] = &["csv"];
 
-/// Changes the entries of an archive. Each is named without the extension.
+/// Changes the entries of an archive. Each entry is named without the extension.
 fn npz(files: &mut Files, change: impl Fn(&str, &mut Vec<u8>) -> Option<()>) -> bool {
     let bytes = files.main();
     let mut archive = ZipArchive::new(Cursor::new(bytes.clone())).unwrap();
@@ -50,7 +50,7 @@ fn floats(files: &mut Files, name: &str, change: impl Fn(usize, f32) -> f32) -> 
     })
 }
 
-/// Replaces a part of the header with another of the same length. Its characters have four bytes each.
+/// Replaces a part of the header with another text of the same length. Each character of the header has four bytes.
 fn header(files: &mut Files, from: &str, to: &str) -> bool {
     assert_eq!(from.len(), to.len());
     let wide = |text: &str| -> Vec<u8> { text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect() };
