@@ -1,8 +1,9 @@
 //! Compares the speed of joints during transitions with their speed in the clips.
 //!
-//! During a blend, the speed of a point has two parts: the mix of its speeds in both clips, and the speed from its
-//! position in one clip to its position in the other clip. If a leg swings during the blend, the sum can be faster than
-//! 99.9 percent of the speeds in the clips. Another transition with the same distance may be as slow as the clips.
+//! During a blend, the speed of a point has two parts. One part is the mix of its speeds in both clips. The other part
+//! is the speed from its position in one clip to its position in the other clip. If a leg swings during the blend, the
+//! sum can be faster than 99.9 percent of the speeds in the clips. Another transition with the same distance may be as
+//! slow as the clips.
 
 use glam::DVec3;
 use mocap_scene::math::median::ranked;

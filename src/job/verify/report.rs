@@ -24,8 +24,8 @@ pub struct Verification {
     pub rms_error: f64,
     /// The place and time of the largest distance. Absent if nothing was compared.
     pub worst: Option<LargestDeviation>,
-    /// The largest rotation error, as the distance in metres by which the error moves a point 3 cm from its joint. If
-    /// the joint moves no other joint, its position error is added. In a skeleton smaller than a metre, the point is
+    /// The largest rotation error, as the distance in metres by which it moves a point 3 cm from its joint. If the
+    /// joint moves no other joint, its position error is added. In a skeleton smaller than a metre, the point is
     /// nearer, in proportion. If the file's rest pose may differ, as in files of other programs, rotations are relative
     /// to the first frame. Absent if nothing was compared.
     pub rotation_error: Option<f64>,
