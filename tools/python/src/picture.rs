@@ -9,7 +9,7 @@ use mocap::scene::NodeId;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::errors::to_python;
+use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
 
 /// The page that plays scenes side by side, each with its name. The page needs no other files.
@@ -66,8 +66,9 @@ impl Picture {
 pub(crate) fn plot(py: Python<'_>, scene: &Scene, name: &str, joints: Vec<String>, width: u32) -> PyResult<Picture> {
     let scene = scene.scene();
     let humanoid = Humanoid::of(scene);
-    let find =
-        |joint: &String| node_named(scene, joint, |bone| humanoid.joint(bone)).map_err(|error| to_python(py, &error));
+    let find = |joint: &String| {
+        node_named(scene, joint, |bone| humanoid.joint(bone)).map_err(|error| invalid(error.to_string()))
+    };
     let joints = joints.iter().map(find).collect::<PyResult<Vec<NodeId>>>()?;
     let options = PlotOptions::new().width(width);
     let drawing = py.detach(|| Drawing::plot(&Clip { name, scene }, &joints, &options));

@@ -139,12 +139,12 @@ class Scene:
         >>> scene.plot("LeftFoot", "RightFoot").save("feet.svg")  # doctest: +SKIP
 
         Args:
-            joints: The names of the joints; without names, the root.
+            joints: The names of the joints, or of their bones; without names, the root.
             name: The name of the motion in the picture; by default the name of its file.
             width: In pixels.
 
         Raises:
-            OptionError: If no joint has a name; the message lists the joints.
+            OptionError: If no joint and no bone has a name.
         """
         named = list(joints) or [node.name for node in self.nodes[:1]]
         return Picture(_mocap.plot(self._native, self._name(name), named, positive("width", width)))
